@@ -1,12 +1,13 @@
 """Concrete dam on the joint along its base, with the water in the joint and its steady flow; m, N.
 
 The section is that of dam_section.py.  `profile` prints what the joint does at a level, `overload` the level
-at which the dam fails, and whether that is a limit or the end of what was found.
+at which the dam fails, and whether that is a limit or the end of what was found, with the exit status 3.
 """
 
 from __future__ import annotations
 
 import argparse
+import sys
 import warnings
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from asperity.contract import Floats
 from asperity.fenicsx import COMM, Conditions, Flow, Follow, Model, Output, State, Stopped, Terms, solve
+from asperity.fenicsx.path import LIMIT_LOAD
 from asperity.interface import Interface
 from asperity.material import Material
 from asperity.options import add_options
@@ -30,6 +32,9 @@ from harness.hosts.dam_section import (
     WEIGHT,
     section,
 )
+
+STOPPED = 3
+"""Exit status of an overload that ends before a limit load is found."""
 
 BOND = {"sigma0": 1e5, "Gc": 20.0, "eta": 1.0 - 1e5**2 / (2.0 * STIFFNESS * 20.0), "kc": 1.0}
 """Of a joint with a bond: 0.1 MPa, 20 N/m, the same stiffness."""
@@ -97,8 +102,8 @@ class Dam:
         return rows[np.unique(rows[:, 0].round(9), return_index=True)[1]]
 
 
-def main() -> None:
-    """Run the program."""
+def main() -> int:
+    """Run the program; the exit status is 3 where the end of an overload is no limit."""
     warnings.simplefilter("ignore")
     parser = argparse.ArgumentParser(description=__doc__)
     add_options(
@@ -117,13 +122,14 @@ def main() -> None:
     o = parser.parse_args()
     material, slope = JOINTS[o.joint]
     law = Interface(material, Pattern.regular(2 if slope else 0, slope))
-    dam = Dam(o.uplift, law, o.parts, o.E, o.nu)
+    dam, status = Dam(o.uplift, law, o.parts, o.E, o.nu), 0
     if o.kind == "profile":
         dam.fill(0.0)
         dam.fill(o.level)
         found = f"level {o.level:.6g}"
     else:
-        found = "level {:.6g} {}".format(*dam.overload(o.least))
+        level, kind = dam.overload(o.least)
+        found, status = f"level {level:.6g} {kind}", 0 if kind == LIMIT_LOAD else STOPPED
     if o.pvd:
         Output(dam.model, o.pvd).write(dam.state, flows=dam.filled(dam.state.at).flows)
     rows = dam.profile()
@@ -131,7 +137,8 @@ def main() -> None:
         print(found)
         if o.out:
             np.savetxt(o.out, rows, "%.9g", ",", header="x,s_N,t_N,p,slip", comments="")
+    return status
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

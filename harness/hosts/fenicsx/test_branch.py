@@ -313,6 +313,39 @@ for E, steps, share in (
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
+def test_strain_energy_from_before_hides_no_error(ranks: int) -> None:
+    """Blocks that are pressed from their sides before a bond breaks are halved in the steps of others.
+
+    Their energy E d^2/(2 L) times the height is 80 times that of the bond.
+    """
+    results = of_all_ranks(
+        BOND
+        + """
+E, steps = 60.0, 6
+m = model(E, 0.0, laws={"joint": bond})
+left, right = (np.abs(m.x[:, 0] - x) < 1e-6 for x in (0.0, 3.0))
+low, (top, _) = m.x[:, 1] < 1e-6, m.group("top")
+fixed = np.r_[m.dofs(low, 1), m.dofs(top, 1), m.dofs(left | right, 0)]
+up, side = np.isin(fixed, m.dofs(top, 1)), np.isin(fixed, m.dofs(right, 0))
+end = 2.0 * STRENGTH / E + 0.3
+d = np.sqrt(80.0 * GC * 3.0 * 2.0 * 3.0 / (E * 2.0))
+of = lambda t: Conditions(fixed, t * up - d * side)
+start = solve(m, State.virgin(m), of(0.0)).taken()
+follow = Follow(m, start, of, end / steps, end / steps, limit=0.2)
+before = follow.ledger.strain
+follow.run(end)
+ledger = follow.ledger
+results["all"] = before / (GC * 3.0), ledger.released, ledger.spent, ledger.work, follow.unbalanced
+""",
+        ranks,
+    )
+    before, released, spent, work, unbalanced = results["all"]
+    assert before == pytest.approx(80.0, rel=1e-6)
+    assert spent == pytest.approx(0.018 * 3.0, rel=1e-3) and abs(released) < 1e-9
+    assert work == pytest.approx(spent, rel=5e-3) and abs(unbalanced) < 5e-3
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
 def test_a_force_that_rises_hides_no_error(ranks: int) -> None:
     """Sides that are let go while a bond softens release nothing, as the joint spends what is lost."""
     results = of_all_ranks(

@@ -9,7 +9,7 @@ import numpy as np
 from .. import contract
 from ..contract import Floats
 from .model import Model
-from .ranks import COMM, largest, totals
+from .ranks import COMM, expect, largest, totals
 from .state import State
 
 DAMAGED = 1.0 - 1e-9
@@ -43,7 +43,15 @@ class Measures:
 
 
 def measure(model: Model, name: str, state: State, before: State | None = None) -> Measures:
-    """Measure a joint in a state; before: of the step before, for the share that slides."""
+    """Measure a joint in a state; before: of the step before, for the share that slides.
+
+    Raises ValueError on all ranks for wrong input, by its name.
+    """
+    expect(Model, model=model)
+    expect(str, name=name)
+    for key, given in {"state": state, "before": state if before is None else before}.items():
+        expect(State, **{key: given})
+        given.check(model)
     if name not in model.joints:
         raise ValueError(f"{name}: no such joint: expected one of {', '.join(model.joints)}")
     if model.axisymmetric:

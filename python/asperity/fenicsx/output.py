@@ -15,7 +15,7 @@ from .conditions import Flow
 from .distribution import BASIX, NAMES
 from .ledger import Ledger
 from .model import Model
-from .ranks import COMM
+from .ranks import COMM, agree, expect, real
 from .state import State
 from .water import Water
 
@@ -27,7 +27,10 @@ class Output:
     """
 
     def __init__(self, model: Model, pvd: str | Path) -> None:
-        """Make the folder; FILE must end with .pvd."""
+        """Make the folder; raises ValueError on all ranks unless FILE ends with .pvd."""
+        expect(Model, model=model)
+        text = f"pvd of the type {type(pvd).__name__}: expected str or Path"
+        agree("" if isinstance(pvd, str | Path) else text)
         self.model, self.pvd, m = model, Path(pvd), model
         self.names: list[tuple[float, list[str]]] = []
         self.rows: list[list[float]] = []
@@ -53,8 +56,15 @@ class Output:
         time: of ParaView, default the parameter of the state.  ledger: energies, a row of FILE.csv; balance
         is what all others have more than the work.  Tractions are total,
         p is the pressure of the water, `pressure` that of the sides on each other, and apertures are those of
-        the flows or openings.
+        the flows or openings.  Raises ValueError on all ranks for wrong input, by its name.
         """
+        expect(State, state=state)
+        state.check(self.model)
+        agree("" if time is None or real(time) else f"time = {time}: expected a finite number")
+        expect(Sequence, flows=flows)
+        expect(Flow, **{f"flows[{k}]": flow for k, flow in enumerate(flows)})
+        if ledger is not None:
+            expect(Ledger, ledger=ledger)
         m, time = self.model, state.at if time is None else time
         nodes, u = m.V.tabulate_dof_coordinates()[:, : m.d], m.spread(state.u).reshape(-1, m.d)
         room = contract.N_POINT_STATEV  # laws may have another number of planes

@@ -1,21 +1,23 @@
 """Steps along a path of conditions: cut where they fail, by passes where short ones fail and no loads change.
 
+Newton's method begins, and goes on after a step that it has ended.
+
     while at is not the end
         move = step, or what is left
         report = solve(state, conditions(at + move)), by Newton's method or by passes, from the change before,
                   unless that was a jump under loads, whose energies do not balance
         no state, or water has no pressure there: keep the old state; the step becomes half, a quarter under
                   loads; too short: the path is stopped
-                  no loads change, Newton's method failed in a short step or soon after passes: passes follow
-                  passes failed under loads that change: Newton's method takes the step again
+                  no loads change, Newton's method failed, and half of the step is short: passes take it
+                  passes failed under loads that change: Newton's method follows
                   too short under loads that change: the parameter becomes an unknown, and the path goes along
                   the branch of equilibria, to the end or to a limit load, where the parameter turns
         passes under loads that change: Newton's method ends them, or there is no state
         errors of the passes too large: keep the old state; the step is repeated with less of its length,
                   unless it is the shortest one and no loads change
-        energies of the step and of the path do not balance, and no loads change: keep the old state; the step
+        energies of the path do not balance, by this step, and no loads change: keep the old state; the step
                   is repeated in halves, down to a share of the largest one and to the least
-        else: take the new state; the step grows; passes that were calm for a while end
+        else: take the new state; the step grows
 
 A `Follow` holds two states, the last and the one before, and the numbers of these rules.  What fails leaves
 nothing behind, because nothing of a state is written.
@@ -54,10 +56,10 @@ ERRORS = 0.1, 0.01
 """Errors of a step by passes, of a damage and of forces, beyond which a shorter one replaces it."""
 
 MISSING, FINEST = 3e-3, 0.03125
-"""Energy that a step may miss, over its work, and all steps so far, over the strain energy and their work.
+"""Energy that a path may miss, over its work and the change of the strain energy; share of a part.
 
-The work of a step is a trapezoid, which is wrong where a crack runs: a step that misses more, so that all of
-them do, is taken again in halves, down to a share of the largest one.
+The work of a step is a trapezoid, which is wrong where a crack runs: a step after which the path misses more,
+and which adds more than such a part, is taken again in halves, down to such a part of the largest one.
 """
 
 SAME = 1.0 + 1e-6
@@ -66,14 +68,8 @@ SAME = 1.0 + 1e-6
 LIMIT = 0.05
 """Error of forces of a shortest step beyond which the path ends; no step is short enough for a snap."""
 
-CALM, CALM_DAMAGE, CALM_FORCE = 3, 0.02, 0.01
-"""Newton's method goes on after CALM steps by passes with errors below these."""
-
-AGAIN = 2, 8
-"""Factor of CALM where Newton's method fails again within CALM steps, and the largest product of them."""
-
 SHORT = 0.22
-"""Share of the largest step below which a step is short."""
+"""Share of the largest step up to which a step is short."""
 
 SHORTEST = 10.0
 """Least step by passes over that of Newton's method."""
@@ -87,7 +83,7 @@ LOOK, LEVEL = 80, 1e-5
 LIMIT_LOAD, LAW, NOT_FOUND = "limit", "law has no result", "not found"
 """Kinds of the end of a path under loads."""
 
-RULES = "cuts", "repeated", "taken", "count", "by_passes", "calm", "patience", "newton", "jumped"
+RULES = "cuts", "repeated", "taken", "count", "by_passes", "jumped"
 """Whole numbers that a run goes on from."""
 
 OF_BRANCH = "step", "least", "count", "cuts"
@@ -102,7 +98,10 @@ class Follow:
     count: steps.  cuts, repeated: attempts that failed, or left errors or energies too large.  taken:
     iterations of all attempts.  reason: why the path is stopped, or empty; kind: where loads change,
     LIMIT_LOAD, LAW or NOT_FOUND.  mechanism (n d,): how the model moves at a limit load, of the length 1.
-    ledger: energies since the start.
+    ledger: energies since the start, `start` that of it.
+
+    Under loads short steps end at the first limit load, even where equilibria farther away carry more;
+    `beyond` goes on from there.
     """
 
     def __init__(
@@ -142,12 +141,12 @@ class Follow:
         self.step, self.most, self.least = step, most, least
         self.passes, self.limit, self.errors = passes, limit, (shares[1], min(shares[2], limit))
         self.always, self.by_passes, self.shortest = always, always, min(SHORTEST * least, most)
-        self.calm, self.patience, self.newton, self.jumped = 0, 1, CALM, False
+        self.jumped = False
         self.cuts, self.repeated, self.taken, self.count, self.reason = 0, 0, 0, 0, ""
         self.kind = ""
         self.branch: Branch | None = None
         self.ledger = ledger_of(model, state, 0.0, 0.0)
-        self.start = self.ledger.balance
+        self.start = self.ledger
         self.mechanism: Floats | None = None
         self.report: Report | None = None
         self._load: Floats | None = None
@@ -160,7 +159,7 @@ class Follow:
     @property
     def unbalanced(self) -> float:
         """Change of the balance of all energies over the work; that which snaps release is in the ledger."""
-        return self.ledger.unbalanced(self.start)
+        return self.ledger.unbalanced(self.start.balance)
 
     def to(self, end: float) -> Iterator[Report]:
         """Take steps to a value, and yield the report of each; raises Stopped where the path ends before."""
@@ -237,11 +236,12 @@ class Follow:
         return True
 
     def _unbalanced(self, ledger: Ledger) -> bool:
-        """Whether a step with this ledger misses too much of its work, so that all steps so far do."""
+        """Whether the path misses too much at the end of a step with this ledger, by what the step misses."""
         old, start = self.ledger, self.start
-        step, work = abs(ledger.balance - old.balance), abs(ledger.work - old.work)
-        path, size = abs(ledger.balance - start), ledger.strain + max(abs(ledger.work), abs(old.work))
-        return step > MISSING * work and path > max(MISSING * size, abs(old.balance - start))
+        size = abs(ledger.strain - start.strain) + max(abs(ledger.work), abs(old.work))
+        most, missed = MISSING * size, abs(ledger.balance - start.balance)
+        by_step = abs(ledger.balance - old.balance) > FINEST * most
+        return by_step and missed > max(most, abs(old.balance - start.balance))
 
     def _ledger_after(self, report: Report, damped: float = 0.0) -> Ledger:
         """Energies at the state of a report; damped: that of the drag in the step."""
@@ -276,7 +276,7 @@ class Follow:
         """Branch from the last state, with steps of a duration."""
         terms = replace(self.terms, dt=dt, drag=0.0, damping=0.0)
         branch = Branch(self.model, self.state, self.before, self.conditions, most, terms, self.ledger)
-        branch.start = self.start
+        branch.start = self.start.balance
         return branch
 
     def _along(self, branch: Branch, end: float) -> bool:
@@ -374,51 +374,45 @@ class Follow:
         return solve(self.model, old, called(self.conditions, at), replace(terms, **others))
 
     def _cut(self, move: float, share: float, message: str, under_loads: bool, shortest: float = 0.0) -> None:
-        """Make the next step a share of this one; end the path where it is too short already.
+        """Make the next step a share of this one, or let passes take it; end the path where it is too short.
 
         Where loads change Newton's method alone is tried: beyond a limit load passes fail, too.
         """
-        if self.by_passes and under_loads and not self.always:
-            self.by_passes, self.step = False, abs(move)
-            return
         floor = 0.0 if under_loads else shortest
-        self.step = max(share * abs(move), floor)
-        if self.step < self.least or abs(move) <= floor * SAME:
+        step = max(share * abs(move), floor)
+        if under_loads:
+            self.by_passes = self.always
+        elif self.passes and not self.by_passes and step <= SHORT * self.most:
+            self.by_passes, self.step = True, abs(move)
+            return
+        self.step = step
+        if step < self.least or abs(move) <= floor * SAME:
             self.reason = f"stopped at {self.at:.5g}: {message}"
-        again = self.newton < CALM  # steps since the last passes
-        short = again or self.step <= SHORT * self.most
-        if self.passes and not self.by_passes and not under_loads and short:
-            self.by_passes, self.calm = True, 0
-            self.patience = min(AGAIN[0] * self.patience, AGAIN[1]) if again else 1
 
     def _grow(self, excess: float, report: Report) -> None:
         """Choose the next step and its method."""
         if not self.by_passes:
-            self.newton += 1
             if report.iterations <= FAST:
                 self.step = min(GROWTH * self.step, self.most)
             return
         growth = min(GROWTH, max(0.7, 0.8 / max(excess, 1e-9)))
         self.step = min(max(growth * self.step, self.shortest), self.most)
-        damage, force = report.errors
-        self.calm = self.calm + 1 if damage < CALM_DAMAGE and force < CALM_FORCE else 0
-        self.by_passes, self.newton = self.always or self.calm < self.patience * CALM, 0
+        self.by_passes = self.always or any(report.errors)
 
     def save(self, file: str | Path) -> None:
         """Write what a run goes on from, FILE.RANK.npz."""
         states = {"state": self.state, "before": self.before}
         rules = [getattr(self, name) for name in RULES]
-        ledger = [*astuple(self.ledger), self.start]
+        ledger = [*astuple(self.ledger), *astuple(self.start)]
         branch = [getattr(self.branch, name, 0.0) for name in OF_BRANCH]
         write(file, states, step=self.step, rules=rules, ledger=ledger, branch=branch)
 
     def resume(self, file: str | Path) -> None:
         """Go on from the files of a run with the same mesh, laws and ranks."""
-        sizes = {"rules": len(RULES), "ledger": len(fields(Ledger)) + 1, "branch": len(OF_BRANCH)}
+        sizes = {"rules": len(RULES), "ledger": 2 * len(fields(Ledger)), "branch": len(OF_BRANCH)}
         shapes = {"step": (), **{name: (size,) for name, size in sizes.items()}}
         states, numbers = read(file, self.model, ("state", "before"), **shapes)
-        *energies, self.start = numbers["ledger"].tolist()
-        self.ledger = Ledger(*energies)
+        self.ledger, self.start = (Ledger(*row.tolist()) for row in np.split(numbers["ledger"], 2))
         self.state, self.before, self.step = states["state"], states["before"], float(numbers["step"])
         for name, value in zip(RULES, numbers["rules"].tolist(), strict=True):
             setattr(self, name, bool(value) if name in ("by_passes", "jumped") else value)
