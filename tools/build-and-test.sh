@@ -25,9 +25,13 @@ esac
 suites=
 for name in ${SUITES:-}; do
   if [ -d "tests/$name" ]; then
-    name=$(cd "tests/$name" && ls test_*.pf | sed 's/\.pf$//')
+    for file in "tests/$name"/test_*.pf; do
+      [ -f "$file" ] || { echo "tests/$name: no suites" && exit 1; }
+      suites="$suites $(basename "$file" .pf)"
+    done
+  else
+    suites="$suites $name"
   fi
-  suites="$suites $name"
 done
 SUITES=$(echo $suites)
 

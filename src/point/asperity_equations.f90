@@ -230,14 +230,13 @@ contains
       end if
     end do
     if (is_unstiff(point) .or. equations%damping > 0.0_wp) return
-    ! where nothing pushes or holds a free separation beyond what the residual sees over s0, and it changes no traction,
-    ! it stays
+    ! where nothing pushes a free separation or holds it by more over s0 than the coarsest residual, and it changes no
+    ! traction, it stays
     associate (tangent => point%tangent)
       negligible = coarsest_scale*residual_tolerance*min(law%stiffness, maxval(abs(tangent)))
       do i = 1, 3
-        if (max(abs(equations%start(i)), abs(equations%target(i))) > 0.0_wp) cycle
-        if (max(abs(a(i, i)), maxval(abs(tangent(i, :))), maxval(abs(tangent(:, i)))) <= negligible) a(i, i) = &
-          law%stiffness
+        if (max(abs(equations%start(i)), abs(equations%target(i)), equations%control%spring(i)) > 0.0_wp) cycle
+        if (max(maxval(abs(tangent(i, :))), maxval(abs(tangent(:, i)))) <= negligible) a(i, i) = law%stiffness
       end do
     end associate
   end function free_matrix

@@ -174,6 +174,16 @@ def test_plateau_without_friction(place: str) -> None:
     history = rough.run([Step(t_N=pressure, t_Ty=0.0, increments=20), Step(s_Tx=slips, increments=39)])
     assert history.separation[-1, 1] == np.atleast_1d(slips)[-1]
     np.testing.assert_allclose(history.traction[:, 2], 0.0, atol=1e-9)
+    assert np.abs(history.separation[:, 2]).max() < 2.0 * np.abs(history.separation[:, 1]).max()  # no drift
+
+
+@pytest.mark.parametrize("slope", [1e-12, 1e-11])
+def test_soft_spring_across(slope: float) -> None:
+    """A spring far softer than the bond holds a joint without friction: k s_Ty is the push of its slope."""
+    planes = Pattern.planes([(1.0, 0.0, slope)], [1.0])
+    smooth = Interface(Material(3.0, 0.3, 0.9, 0.0, damage0=1.0), planes)
+    history = smooth.run([Step(t_N=-1.0, t_Ty=0.0, k_Ty=1.5e-10, increments=10), Step(s_Tx=0.02, increments=10)])
+    assert len(history) == 20 and history.separation[-1, 2] == pytest.approx(slope / 1.5e-10, rel=1e-6)
 
 
 @pytest.mark.parametrize("increments", [39, 100])
