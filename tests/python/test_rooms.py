@@ -81,13 +81,13 @@ WITHOUT_FILE = {
         "tools.explore.command tools.explore.model"
     ),
     "tools/fit/test_fitting.py: the fit of curves as a whole, from the ladder of models to the verdict": (
-        "evidence ladder tools.fit.model result series shear_test squares verdict"
+        "evidence ladder tools.fit.model result shear_test squares thresholds verdict"
     ),
     "tools/fit/test_closures.py: closure tests and what is said of them": "closure_report closure_test",
     "tools/fit/test_outputs.py: what a fit writes, and its predictions": (
         "tools.fit.command html tools.fit.picture predict report written"
     ),
-    "tools/fit/test_records.py: files of laboratories": "ends forces headings starts",
+    "tools/fit/test_records.py: files of laboratories": "forces headings starts",
     "tools/fit/test_rigid.py: shapes that the law has not": "profiles",
     "tools/fit/test_strengths.py: tables of strengths": "strength strength_report",
     "tools/selection/test_search.py: selected patterns, the command": "tools.selection.command",

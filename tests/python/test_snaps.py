@@ -182,7 +182,9 @@ def test_soft_spring_across(slope: float) -> None:
     """A spring far softer than the bond holds a joint without friction: k s_Ty is the push of its slope."""
     planes = Pattern.planes([(1.0, 0.0, slope)], [1.0])
     smooth = Interface(Material(3.0, 0.3, 0.9, 0.0, damage0=1.0), planes)
-    history = smooth.run([Step(t_N=-1.0, t_Ty=0.0, k_Ty=1.5e-10, increments=10), Step(s_Tx=0.02, increments=10)])
+    history = smooth.run(
+        [Step(t_N=-1.0, t_Ty=0.0, k_Ty=1.5e-10, increments=10), Step(s_Tx=0.02, increments=10)]
+    )
     assert len(history) == 20 and history.separation[-1, 2] == pytest.approx(slope / 1.5e-10, rel=1e-6)
 
 

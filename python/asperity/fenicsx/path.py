@@ -56,10 +56,11 @@ ERRORS = 0.1, 0.01
 """Errors of a step by passes, of a damage and of forces, beyond which a shorter one replaces it."""
 
 MISSING, FINEST = 3e-3, 0.03125
-"""Energy that a path may miss, over its work and the change of the strain energy; share of a part.
+"""Energy that a path may miss, over its work and the change of the strain energy; and the finest share.
 
 The work of a step is a trapezoid, which is wrong where a crack runs: a step after which the path misses more,
-and which adds more than such a part, is taken again in halves, down to such a part of the largest one.
+and which adds more than the finest share of that, is taken again in halves, down to the finest share of the
+largest step.  A prestress that the path releases counts as strain energy.
 """
 
 SAME = 1.0 + 1e-6

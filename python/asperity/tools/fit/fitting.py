@@ -79,7 +79,7 @@ def fit(
     if shown and not {*INCLINED} & {*known} and not shows_dilation(shown):
         warn_if(True, "the dilation of the tests is noise: the constants are those of the strength alone")
         usable = [replace(test, s_N=None) for test in usable]
-    strength = {} if free and {*CRUSHING} & {*free} else {n: known.pop(n) for n in CRUSHING if n in known}
+    strength = {name: known.pop(name) for name in CRUSHING if name in known}
     if free is not None:
         fixed_here = {"flat": 0.0} | known
         models = [Model(tuple(free), sides, fixed_here)]
@@ -116,6 +116,12 @@ def _checked(
         unknown = next((name for name in names if name not in SCALES), "")
         if unknown:
             raise ValueError(f"{what}: {unknown} is unknown: expected one of {', '.join(SCALES)}")
+    crushing = ", ".join(name for name in CRUSHING if name in (free or ()))
+    if crushing:
+        raise ValueError(f"free: {crushing}: expected known, --set, as shear tests below fc do not show it")
+    unused = ", ".join(name for name in CRUSHING if name in fixed)
+    if unused and not fixed.get("fc"):
+        raise ValueError(f"{unused}: expected with fc > 0, without which it has no effect")
     if free is not None:
         if not free or len({*free}) < len(free):
             raise ValueError(f"free: {', '.join(free) or 'none'}: expected names, each once")
@@ -190,12 +196,9 @@ def _fit(
     estimates = {name: intervals.of(name) for name in chosen.model.free}
     errors = errors_of(law, tests, fitted, predicted)
     loose = undetermined(estimates, _at_bounds(chosen))
-    reasons = []
-    if other_misfit(law.residuals, bare.residuals):
-        reasons.append(
-            f"the tests reach fc = {strength['fc']:.3g}, which the fit leaves out: tests below it are needed"
-        )
+    reasons: list[str] = []
     for is_reason, text in (
+        *_of_crushing(bare, law, fitted),
         *_of_errors(errors, tests),
         *_of_peaks(fitted, tests),
         *_of_widths(estimates, loose, pressed, left_out, tests),
@@ -298,6 +301,24 @@ def _of_errors(errors: Errors, tests: Sequence[ShearTest]) -> Iterator[tuple[boo
             "the grade leaves out the noise of the measured numbers and what differs from test to test"
             f"{text}",
         )
+
+
+def _of_crushing(bare: Solution, law: Solution, fitted: Sequence[Comparison]) -> Iterator[tuple[bool, str]]:
+    """The same of a compressive strength that the fit leaves out: by how much it moves a number of a test."""
+    if not other_misfit(law.residuals, bare.residuals):
+        return
+    moved = [0.0]
+    for one, other in zip(compared(bare.problem, bare.values), fitted, strict=True):
+        moved += [
+            abs(other.predicted[name] - one.predicted[name]) / max(abs(one.predicted[name]), 1e-300)
+            for name in one.errors
+        ]
+    fc, begin = law.values["fc"], law.values["fc"] / (3.0 if law.values.get("kp") else 1.0)
+    text = (
+        f"fc = {fc:.3g}, which the fit leaves out, moves a peak, a residual or a dilation by {max(moved):.0%}"
+    )
+    where = f"tests of which sqrt(p^2 + Css tau^2) stays below {begin:.3g} do not crush the joint"
+    yield max(moved) > GOOD, f"{text}: {where}"
 
 
 def _of_peaks(fitted: Sequence[Comparison], tests: Sequence[ShearTest]) -> Iterator[tuple[bool, str]]:

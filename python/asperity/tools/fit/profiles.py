@@ -189,7 +189,7 @@ def unseen(chosen: Solution, tests: Sequence[ShearTest], intervals: Intervals) -
     shown = float(np.degrees(np.arctan(max(map(first_slope, tests)))))
     if {"theta", "crush"} <= {*chosen.model.free} and 0.0 < shown < chosen.values["theta"]:
         yield Assumption(UNCRUSHED, 0.0, {"theta": shown}, True, ("theta",), {"theta": 0.0}, True)
-    if {"theta", "height"} <= {*chosen.model.free}:
+    if "height" in chosen.model.free and chosen.values["theta"] > 0.0:
         values, slope = chosen.values, float(np.tan(np.radians(chosen.values["theta"])))
         compliance = sum(1.0 / values[name] for name in SPRINGS if name in values)
         way = max(float(np.max(np.abs(test.slip) - compliance * np.abs(test.tau))) for test in tests)

@@ -19,7 +19,7 @@ from .thresholds import (
     FACTOR,
     FITTED,
     FLOOR,
-    GAIN,
+    GAIN_OF_STRENGTHS,
     GOOD,
     LEAST_REPLICATES,
     LEAST_TESTS,
@@ -197,7 +197,9 @@ def _smallest(models: Sequence[tuple[str, ...]], bic: Sequence[float], places: S
     """Place of the model, of some, that no larger one of them beats by enough for each constant it adds."""
     best = min(places, key=lambda i: bic[i])
     order = sorted(places, key=lambda i: (len(models[i]), bic[i]))
-    return next(i for i in order if bic[i] <= bic[best] + GAIN * (len(models[best]) - len(models[i])))
+    return next(
+        i for i in order if bic[i] <= bic[best] + GAIN_OF_STRENGTHS * (len(models[best]) - len(models[i]))
+    )
 
 
 def _once(tests: Sequence[Strength]) -> list[Strength]:

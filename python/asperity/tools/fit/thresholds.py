@@ -39,9 +39,11 @@ LEAST_ROWS, ROWS_OF_ONE = 10, 20
 both, one of 42 sets of nonsense is a result.
 """
 
-SLIDING, SHARE_SLIDING = 0.05, 0.1
-"""Slip beyond the spring, over the largest slip, of a row that slides, and fraction of such rows.  With 0 for
-the slip one of 42 sets of nonsense, an elastic line, is a result.
+SLIDING, SHARE_SLIDING, SLIDING_ROWS = 0.05, 0.1, 3
+"""Slip beyond the spring, over the largest slip, of a row that slides; fraction and number of such rows.
+
+With 0 for the slip one of 42 sets of nonsense, an elastic line, is a result; without the number one row of
+ten below such a line is a strength.
 """
 
 ROWS_EACH = 3
@@ -59,9 +61,10 @@ beyond which whole tests are left out, too.
 
 # choice of a model
 
-GAIN = 6.0
+GAIN, GAIN_OF_STRENGTHS = 6.0, 4.0
 """Information criterion (BIC) that a further constant or another shape must gain: strong evidence (Kass and
-Raftery 1995).  With 4 no row of strengths changes.
+Raftery 1995); and of a table of strengths, whose numbers are few: with 6 four peaks with residual strengths
+whose ratio to the pressure falls are no result.
 """
 
 LEAST_DATA, MOST_ALIKE = 4.0, 0.98

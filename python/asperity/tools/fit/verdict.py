@@ -31,6 +31,7 @@ from .thresholds import (
     SEARCHED,
     SHARE_SLIDING,
     SLIDING,
+    SLIDING_ROWS,
     UNSAFE,
     WEIGHT,
 )
@@ -260,7 +261,7 @@ def _slides(solution: Solution) -> bool:
         problem.tests, problem.paths, problem.curves(solution.values), strict=True
     ):
         beyond = np.abs(test.slip) - np.abs(tau[rows]) * compliance > SLIDING * np.abs(test.slip).max()
-        if np.mean(beyond) >= SHARE_SLIDING:
+        if np.sum(beyond) >= max(SLIDING_ROWS, SHARE_SLIDING * test.slip.size):
             return True
     return False
 

@@ -244,9 +244,25 @@ def test_compressive_strength_that_the_tests_reach(reversed_: bool) -> None:
     tests = [ShearTest("one", slip, tau + 0.01 * rng.normal(size=slip.size), None, -1.0)]
     alone = fit(tests, "rock")
     known = fit(tests, "rock", {"fc": 1.5, "Gfc": 1.0, "Css": 9.0, "kp": 0.1})
-    assert any("the tests reach fc = 1.5, which the fit leaves out" in text for text in known.reasons)
+    assert any("fc = 1.5, which the fit leaves out, moves a peak" in text for text in known.reasons)
+    assert any("stays below 0.5 do not crush" in text for text in known.reasons)  # with kp from fc/3 on
     assert known.estimates == alone.estimates and known.interface.material.fc == 1.5
-    assert not any("reach fc" in text for text in alone.reasons)
+    assert not any("fc" in text for text in alone.reasons)
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ({"free": ["mu", "kT", "fc"], "fixed": {"Gfc": 1.0}}, "free: fc: expected known"),
+        ({"fixed": {"Gfc": 1.0}}, "Gfc: expected with fc > 0"),
+    ],
+)
+def test_compressive_strength_is_known_as_a_whole(words: dict, told: str) -> None:
+    """It cannot be fitted, and its constants do nothing without it."""
+    slip = np.linspace(0.05, 1.0, 30)
+    test = ShearTest("one", slip, np.minimum(10.0 * slip, 0.7), None, -1.0)
+    with pytest.raises(ValueError, match=told):
+        fit([test], "rock", **words)
 
 
 def test_compressive_strength_beyond_the_tests() -> None:
