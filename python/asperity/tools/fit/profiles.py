@@ -17,7 +17,7 @@ from .shear_test import ShearTest
 from .squares import Solution, refitted, solve
 from .thresholds import GAIN, SEARCHED
 
-STARTS, SHAPE_OF_LAW, AT_ONCE = "other starts", "shape of the law", "friction at once behind a spring"
+STARTS, SHAPE_OF_LAW, AT_ONCE = "gauge offsets", "shape of the law", "friction at once behind a spring"
 UNCRUSHED, ENDED_HERE = "the slope that the tests show", "a dilation that ends with the rows"
 """Names of starts of slip and dilation that fit best, of the law beside another shape, of a bond in closed
 form, whose friction does not wait for the damage, of a slope that the pressure does not crush, and of a

@@ -56,7 +56,7 @@ def test_slip_of_a_gauge_that_was_not_set_to_zero(slip: float, tmp_path: Path) -
     """Other starts are among the assumptions, so that the constants lie within the intervals."""
     result = identified(tmp_path, slip)
     assert result.is_result and inside(result)
-    assert any(assumption.name == "other starts" for assumption in result.assumptions)
+    assert any(assumption.name == "gauge offsets" for assumption in result.assumptions)
 
 
 @pytest.mark.slow
