@@ -53,6 +53,10 @@ BITS = 55
 """Halvings of the bracket of a closure, two more than a number has."""
 
 
+Excess = Callable[[Floats], NDArray[np.bool_]]
+"""Whether the pressure of points exceeds its bound at closures (m, n)."""
+
+
 def virgin(pattern: reference.Pattern, wears: bool = False) -> Floats:
     """State of a virgin point: that of the law, kappa and its energy."""
     return np.zeros(len(reference.virgin(pattern, wears)) + 2)
@@ -75,19 +79,19 @@ def update(
     of_law, kappa_old = state[:, :-2], state[:, -2]
     start = _closed(s_old, kappa_old)
 
-    def law(kappa: Floats) -> reference.Response:
-        """The law with plastic closures (m n,) at the end, m times that of each point."""
-        seen, old, begun = (np.tile(a, (len(kappa) // len(s), 1)) for a in (s, of_law, start))
-        return reference.update(parameters, pattern, _closed(seen, kappa), old, begun, dt, tangent=False)
+    def exceeding(some: NDArray[np.intp]) -> Excess:
+        """Whether the pressure of some points exceeds its bound."""
+        seen = s[some]
+        law = reference.tractions(parameters, pattern, of_law[some], start[some], dt)
 
-    def exceeds(kappas: Floats) -> NDArray[np.bool_]:
-        """Whether the pressure exceeds its bound, (m, n)."""
-        kappa = kappas.ravel()
-        t = law(kappa).traction
-        return ((t[:, 0] < 0.0) & (-t[:, 0] > cap.largest_pressure(t, kappa))).reshape(kappas.shape)
+        def exceeds(kappas: Floats) -> NDArray[np.bool_]:
+            t = law(_closed(seen, kappas))
+            return (t[..., 0] < 0.0) & (-t[..., 0] > cap.largest_pressure(t, kappas))
 
-    kappa = _smallest(exceeds, kappa_old, parameters.s0, tried)
-    end = law(kappa)
+        return exceeds
+
+    kappa = _smallest(exceeding, kappa_old, parameters.s0, tried)
+    end = reference.update(parameters, pattern, _closed(s, kappa), of_law, start, dt, tangent=False)
     # wear by the work so far belongs to the increment, not to its start
     still = replace(parameters, W0=np.inf) if parameters.W0 > 0.0 else parameters
     begin = reference.update(still, pattern, start, of_law, start, tangent=False)
@@ -117,38 +121,52 @@ def frozen_traction(
     most = cap.largest_pressure(at_aim, new[:, -2])
     given = _closed(aim, new[:, -2]), state[:, :-2], _closed(s_old, state[:, -2])
 
-    @functools.cache
-    def law(m: int) -> Callable[[Floats], Floats]:
-        """The law of m times these points."""
-        return frozen.law(parameters, pattern, *(np.tile(a, (m, 1)) for a in given), dt)
+    def exceeding(some: NDArray[np.intp]) -> Excess:
+        """Whether the pressure of some points exceeds its bound."""
 
-    def exceeds(kappas: Floats) -> NDArray[np.bool_]:
-        """Whether the pressure exceeds its bound, (m, n)."""
-        m = len(kappas)
-        pressure = -law(m)(_closed(np.tile(s, (m, 1)), kappas.ravel()))[:, 0]
-        return pressure.reshape(kappas.shape) > most
+        @functools.cache
+        def law(m: int) -> Callable[[Floats], Floats]:
+            """The law of m times these points."""
+            return frozen.law(parameters, pattern, *(np.tile(a[some], (m, 1)) for a in given), dt)
 
-    return law(1)(_closed(s, _smallest(exceeds, state[:, -2], parameters.s0)))
+        def exceeds(kappas: Floats) -> NDArray[np.bool_]:
+            m = len(kappas)
+            pressure = -law(m)(_closed(np.tile(s[some], (m, 1)), kappas.ravel()))[:, 0]
+            return pressure.reshape(kappas.shape) > most[some]
+
+        return exceeds
+
+    kappa = _smallest(exceeding, state[:, -2], parameters.s0)
+    return frozen.law(parameters, pattern, *given, dt)(_closed(s, kappa))
 
 
 def _closed(s: Floats, kappa: Floats) -> Floats:
-    """Separation (n, 3) that the law sees with a plastic closure (n,)."""
-    return s + kappa[:, None] * [1.0, 0.0, 0.0]
+    """Separation (..., n, 3) that the law sees with a plastic closure (..., n)."""
+    return s + kappa[..., None] * [1.0, 0.0, 0.0]
 
 
 def _smallest(
-    exceeds: Callable[[Floats], NDArray[np.bool_]],
+    exceeding: Callable[[NDArray[np.intp]], Excess],
     start: Floats,
     length: float,
     tried: Floats | None = None,
 ) -> Floats:
     """Plastic closures (n,) from the start on at which nothing is exceeded, by sections.
 
-    exceeds takes closures (m, n), many of them at once where the points are few.
+    They are sought of the points alone that exceed something at the start.
     """
+    kappa, every = start.copy(), np.arange(len(start))
+    some = every[exceeding(every)(start[None])[0]]
+    if len(some):
+        kappa[some] = _sections(exceeding(some), start[some], length, None if tried is None else tried[some])
+    return kappa
+
+
+def _sections(exceeds: Excess, start: Floats, length: float, tried: Floats | None) -> Floats:
+    """Closures (n,) of points of which each exceeds its bound at the start; many at once of few points."""
     m = min(MOST, max(1, AT_ONCE // len(start)))
     growth, step, low, high = 1.5 ** np.arange(m)[:, None], 1e-4 * length, start, start
-    exceeded = exceeds(start[None])[0]
+    exceeded = np.ones(len(start), dtype=bool)
     while exceeded.any():
         grid = start + step * growth
         above = exceeds(grid)

@@ -12,11 +12,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from types import EllipsisType
 
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.floating]
+Some = NDArray[np.bool_] | EllipsisType
+"""Mask of facets (..., k), or all of them."""
 
 
 @dataclass(frozen=True)
@@ -35,15 +38,18 @@ class Facet:
     by_omega: Floats
 
 
-def gaps(frame: Floats, s: Floats, height: float) -> Callable[[Floats], Floats]:
-    """Gap g (..., k) of the facets at the separation s (..., 3), as a function of their worn share."""
+def gaps(frame: Floats, s: Floats, height: float) -> Callable[[Floats, Some], Floats]:
+    """Gap g (..., k) of the facets at the separation s (..., 3), as a function of their worn share.
+
+    The function takes the share of some facets, and which these are.
+    """
     axes, T = uphill_axes(frame)
     w, u, _ = np.moveaxis(np.einsum("kab,...b->...ka", axes, s), -1, 0)
     z0, dz0, _ = profile(u, T, height)
 
-    def gap(omega: Floats) -> Floats:
+    def gap(omega: Floats, some: Some) -> Floats:
         rho = 1.0 - omega
-        return (w - rho * z0) * (1.0 / np.sqrt(1.0 + (rho * dz0) ** 2))
+        return (w[some] - rho * z0[some]) * (1.0 / np.sqrt(1.0 + (rho * dz0[some]) ** 2))
 
     return gap
 

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import accounts, plane
-from .facet import Facet, gaps
+from .facet import Facet, Some, gaps
 from .plane import Floats, Parameters
 
 Pattern = tuple[Floats, Floats]
@@ -172,6 +172,17 @@ def update(
     return Response(end.traction, out, columns, end.branch, alpha > start.alpha, long)
 
 
+def tractions(
+    parameters: Parameters, pattern: Pattern, state: Floats, s_old: Floats, dt: float = 0.0
+) -> Callable[[Floats], Floats]:
+    """Return the traction (..., n, 3) of one increment as a function of its end s (..., n, 3).
+
+    The arguments are those of ``update``, with n points in rows.
+    """
+    start = _start(parameters, pattern, s_old, state)
+    return lambda s: _end(parameters, start, s, dt).traction
+
+
 def in_parts(
     parameters: Parameters,
     pattern: Pattern,
@@ -308,44 +319,48 @@ def _omega(parameters: Parameters, start: _Start, s: Floats, known: Floats | Non
     if parameters.crush == 0.0:
         return start.omega
 
-    def missing_at(s: Floats) -> Callable[[Floats], Floats]:
+    def missing_at(s: Floats) -> Callable[..., Floats]:
         factor, gap = (
             plane.pressure_factor(parameters, start.frame, s),
             gaps(start.frame, s, parameters.height),
         )
 
-        def missing(omega: Floats) -> Floats:
-            p = plane.pressure(parameters, gap(omega)[..., None])
-            return plane.crushed(parameters, factor * p) - omega
+        def missing(omega: Floats, some: Some = ...) -> Floats:
+            p = plane.pressure(parameters, gap(omega, some)[..., None])
+            return plane.crushed(parameters, factor[some] * p) - omega
 
         return missing
 
     missing = missing_at(s.real)
     if known is None:
-        known = np.maximum(_root(missing, np.zeros_like(start.omega), np.ones_like(start.omega)), start.omega)
+        known = np.maximum(_root(missing, (*s.shape[:-1], len(start.gamma))), start.omega)
     if not np.iscomplexobj(s):
         return known
     slope = missing(known + 1j * plane.IMAGINARY).imag / plane.IMAGINARY
     return known - np.where(known > start.omega, 1j * missing_at(s)(known).imag / slope, 0.0)
 
 
-def _root(missing: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:
-    """Where falling functions of shares between two bounds vanish: sections, and then Newton's method.
+def _root(missing: Callable[..., Floats], shape: tuple[int, ...]) -> Floats:
+    """Where falling functions of shares of 0 to 1 vanish: sections, and then Newton's method.
 
     Where that does not converge, at a kink, sections go on to the last bit.
     """
+    shares, left = np.zeros(shape), np.ones(shape, dtype=bool)
+    low, high = np.zeros(left.sum()), np.ones(left.sum())
     for sections in (14, 46):
         for _ in range(sections):
             middle = 0.5 * (low + high)
-            more = missing(middle) > 0.0
+            more = missing(middle, left) > 0.0
             low, high = np.where(more, middle, low), np.where(more, high, middle)
         root = 0.5 * (low + high)
         for _ in range(4):
-            value = missing(root + 1j * plane.IMAGINARY)
+            value = missing(root + 1j * plane.IMAGINARY, left)
             root = np.clip(root - value.real * plane.IMAGINARY / value.imag, low, high)
-        if np.abs(missing(root)).max(initial=0.0) <= 16.0 * np.finfo(float).eps:
-            return root
-    return low
+        missed = ~(np.abs(missing(root, left)) <= 16.0 * np.finfo(float).eps)
+        shares[left] = np.where(missed, low, root)
+        left[left] = missed
+        low, high = low[missed], high[missed]
+    return shares
 
 
 def _viscous(
