@@ -57,7 +57,8 @@ contains
         (now%s(i, 3, after) - now%s(i, 3, before))**2)
       count = count + merge(1.0_wp, 0.0_wp, way*inv_longest_2 > 1.0_wp)
     end do
-    now%any_long = count > 0.0_wp
+    ! the number of those that may be; find_long looks at them
+    now%n_long = merge(now%n, 0, count > 0.0_wp)
     now%sums(:now%n, :) = 0.0_wp
     now%facets(:now%n, :) = 0.0_wp
     if (present(tangent)) tangent(:now%n, :, :) = 0.0_wp
@@ -69,11 +70,9 @@ contains
     real(wp), intent(in) :: old(now%n_old, *)              !! STATEV of the point at the start
     real(wp), intent(inout) :: new(now%n_new, *)           !! the same at the end
     integer :: i
-    if (now%any_long) then
-      do i = 1, now%n
-        if (now%long(i) > 0.5_wp) now%sums(i, [i_rupture, i_friction]) = now%accounts(i, :)
-      end do
-    end if
+    do i = 1, now%n_long
+      now%sums(now%long(i), [i_rupture, i_friction]) = now%accounts(i, :)
+    end do
     !$omp simd
     do i = 1, now%n
       new(i, v_damage) = min(now%sums(i, i_damage), 1.0_wp)

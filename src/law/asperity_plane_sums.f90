@@ -2,6 +2,7 @@
 !> branches, so that the compiler vectorises it.
 module asperity_plane_sums
   use, intrinsic :: iso_fortran_env, only: int64
+  use asperity_chunk, only: group
   use asperity_contract, only: n_facet_statev, n_plane_statev
   use asperity_kernels, only: exact_kernel, kernel_constants, kernel_damped, kernel_facet, kernel_general, &
     kernel_guarded, kernel_of, kernel_straight, kernel_worn
@@ -21,16 +22,26 @@ contains
   pure subroutine find_long(block, now)
     type(block_type), intent(in) :: block     !! the interface
     type(chunk_type), intent(inout) :: now    !! separations -> which increments are long
+    real(wp) :: long(chunk)
     integer(int64) :: i
-    if (.not. now%any_long) return
+    if (now%n_long == 0) return
     !$omp simd
     do i = 1, now%n
-      now%long(i) = long_increment(block%material, block%growth, &
+      long(i) = long_increment(block%material, block%growth, &
         vector_type(now%s(i, 1, before), now%s(i, 2, before), now%s(i, 3, before)), &
         vector_type(now%s(i, 1, after), now%s(i, 2, after), now%s(i, 3, after)))
     end do
-    now%any_long = maxval(now%long(:now%n)) > 0.0_wp
-    now%accounts(:now%n, :) = 0.0_wp
+    now%n_long = 0
+    do i = 1, now%n
+      if (.not. long(i) > 0.0_wp) cycle
+      now%n_long = now%n_long + 1
+      now%long(now%n_long) = int(i)
+    end do
+    if (now%n_long == 0) return
+    ! whole groups pass through the same vector instructions
+    now%n_gathered = ((now%n_long + group - 1)/group)*group
+    now%long(now%n_long + 1:now%n_gathered) = now%long(now%n_long)
+    now%accounts(:now%n_gathered, :) = 0.0_wp
   end subroutine find_long
 
   !> Update the state of a plane, and add its damage, energies, traction and (on request) consistent tangent to the sums
@@ -45,7 +56,7 @@ contains
     integer :: kernel
     kernel = kernel_of(block%material, block%planes(k)%slope)
     ! from the states at the start, which the loop below may replace
-    if (now%any_long) call sum_accounts(block, kernel, k, now, old)
+    if (now%n_long > 0) call sum_accounts(block, kernel, k, now, old)
     ! kernel and wish are literals, so that the compiler generates a loop without branches for each
     if (present(tangent)) then
       select case (kernel)
@@ -136,48 +147,46 @@ contains
     type(plane_type) :: plane
     type(update_type) :: ended
     type(vector_type) :: from, to
-    real(wp) :: planes(chunk, n_plane_statev), facets(chunk, n_facet_statev), s(chunk, 3, before:after), crushed(chunk)
+    real(wp), dimension(chunk, 3) :: start, finish, first, last   !! separations: of the increment, of a part of it
+    real(wp) :: planes(chunk, n_plane_statev), facets(chunk, n_facet_statev), crushed(chunk)
     real(wp), dimension(chunk) :: released, whole   !! by the plane in the parts, and in the increment as a whole
-    real(wp) :: parted(chunk)                       !! damage after the parts
+    real(wp), dimension(chunk) :: alpha, parted     !! damage at the start, and after the parts
     real(wp) :: begin, counted, weight, x
     integer(int64) :: i
-    integer :: j, part, parts, rounds
+    integer :: j, n, part, parts, rounds
     m = kernel_constants(block%material, kernel, .true., .true.)
     plane = block%planes(k)
     weight = plane%gamma*m%k_t
-    crushed(:now%n) = 0.0_wp
+    n = now%n_gathered
+    do j = 1, 3
+      start(:n, j) = now%s(now%long(:n), j, before)
+      finish(:n, j) = now%s(now%long(:n), j, after)
+    end do
+    alpha(:n) = old(now%long(:n), 1)
+    crushed(:n) = 0.0_wp
     parts = parts_of(block%material)
     ! the guard decides for the increment as a whole, too
     rounds = parts + merge(1, 0, m%guard .and. parts > 1)
-    released = 0.0_wp
-    whole = 0.0_wp
-    parted = 0.0_wp
+    released(:n) = 0.0_wp
     begin = 0.0_wp
     do part = 1, rounds
       if (part == 1 .or. part > parts) then
-        if (part > parts) parted(:now%n) = planes(:now%n, 1)
+        if (part > parts) parted(:n) = planes(:n, 1)
         begin = 0.0_wp
-        ! fourth powers of lengths of the other points may leave the range of numbers
-        do j = 1, 3
-          s(:now%n, j, before) = now%long(:now%n)*now%s(:now%n, j, before)
-        end do
-        planes(:now%n, 1) = old(:now%n, 1)
-        planes(:now%n, 2) = now%long(:now%n)*old(:now%n, 2)
-        planes(:now%n, 3) = now%long(:now%n)*old(:now%n, 3)
-        facets(:now%n, :) = now%facets(:now%n, :)
+        first(:n, :) = start(:n, :)
+        planes(:n, :) = old(now%long(:n), :)
+        facets(:n, :) = now%facets(now%long(:n), :)
       end if
       x = merge(part_ends(min(part, parts)), 1.0_wp, parts > 1)
       growth = growth_of_part(m, block%growth, x - begin)
       begin = x
       counted = merge(1.0_wp, 0.0_wp, part <= parts)
-      do j = 1, 3
-        s(:now%n, j, after) = now%long(:now%n)*((1.0_wp - x)*now%s(:now%n, j, before) + x*now%s(:now%n, j, after))
-      end do
-      if (m%wears) call find_crushed(block, kernel, k, now%n, s(:, :, after), crushed)
+      last(:n, :) = (1.0_wp - x)*start(:n, :) + x*finish(:n, :)
+      if (m%wears) call find_crushed(block, kernel, k, n, last, crushed)
       !$omp simd
-      do i = 1, now%n
-        from = vector_type(s(i, 1, before), s(i, 2, before), s(i, 3, before))
-        to = vector_type(s(i, 1, after), s(i, 2, after), s(i, 3, after))
+      do i = 1, n
+        from = vector_type(first(i, 1), first(i, 2), first(i, 3))
+        to = vector_type(last(i, 1), last(i, 2), last(i, 3))
         state = history_type(planes(i, 1), planes(i, 2), planes(i, 3), facets(i, 1), facets(i, 2))
         ended = update_plane(m, growth, plane, 1.0_wp, crushed(i), from, to, state)
         planes(i, 1) = ended%new%alpha
@@ -189,20 +198,20 @@ contains
         released(i) = released(i) + counted*whole(i)
         now%accounts(i, 2) = now%accounts(i, 2) + (counted*weight)*ended%spent%friction
       end do
-      s(:now%n, :, before) = s(:now%n, :, after)
+      first(:n, :) = last(:n, :)
     end do
     if (rounds > parts) then
       !$omp simd
-      do i = 1, now%n
-        now%accounts(i, 1) = now%accounts(i, 1) + guarded_release(start_alpha(m, old(i, 1)), parted(i), planes(i, 1), &
+      do i = 1, n
+        now%accounts(i, 1) = now%accounts(i, 1) + guarded_release(start_alpha(m, alpha(i)), parted(i), planes(i, 1), &
           released(i), whole(i))
       end do
       return
     end if
     !$omp simd
-    do i = 1, now%n
-      to = vector_type(s(i, 1, before), s(i, 2, before), s(i, 3, before))
-      x = merge(growth_over_parts(m, block%growth, plane, to, old(i, 1), planes(i, 1)), 1.0_wp, parts > 1)
+    do i = 1, n
+      to = vector_type(finish(i, 1), finish(i, 2), finish(i, 3))
+      x = merge(growth_over_parts(m, block%growth, plane, to, alpha(i), planes(i, 1)), 1.0_wp, parts > 1)
       now%accounts(i, 1) = now%accounts(i, 1) + x*released(i)
     end do
   end subroutine add_accounts

@@ -240,9 +240,10 @@ module asperity_types
     real(wp) :: sums(chunk, n_sums)                            !! sums over the planes, energies over 1/2
     real(wp) :: facets(chunk, n_facet_statev)                  !! state of the facets of a plane, start -> end
     real(wp) :: crushed(chunk)                                 !! share of a plane that the pressure at the end crushes
-    real(wp) :: long(chunk)                                    !! 1 where the increment of a point is long, else 0
-    real(wp) :: accounts(chunk, 2)                             !! sums of rupture and friction of a long one
-    logical :: any_long                                        !! whether any is; otherwise both are undefined
+    real(wp) :: accounts(chunk, 2)                             !! sums of rupture and friction of the long ones
+    integer :: long(chunk)                                     !! points whose increments are long, the last one repeated
+    integer :: n_long                                          !! their number
+    integer :: n_gathered                                      !! with repetitions, a multiple of group
     integer :: n                                               !! points, a multiple of group, at most chunk
     integer :: n_old, n_new                                    !! leading dimensions of the states at start and end
   end type chunk_type
