@@ -60,6 +60,12 @@ int asperity_update(const double *props, int nprops, double dt, int n, const dou
                     const double *aim, const double *p, int nstatv, double *state, double *traction, double *tangent,
                     char *message, int size);
 
+/* The same for an iterate of a host's method of Newton: the dissipated energies in the states, which take most of the time
+ * of a long increment, are NaN, so that such a state is refused as a start. asperity_update takes the accepted end. */
+int asperity_iterate(const double *props, int nprops, double dt, int n, const double *s_old, const double *s,
+                     const double *aim, const double *p, int nstatv, double *state, double *traction, double *tangent,
+                     char *message, int size);
+
 /* Unit normals double[n][3] and weights double[n] of the first n planes of PROPS. Returns the number of all planes, or 0 if
  * props[nprops] is not admissible. */
 int asperity_planes(const double *props, int nprops, int n, double *normals, double *weights);

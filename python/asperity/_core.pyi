@@ -20,6 +20,10 @@ def asperity_update(
     props: _Floats, dt: float, s_old: _Floats, s: _Floats, aimed: bool, aim: _Floats, wet: bool, p: _Floats,
     state: _Floats, traction: _Floats, tangent: _Floats, message: _Bytes, /,
 ) -> int: ...  # fmt: skip
+def asperity_iterate(
+    props: _Floats, dt: float, s_old: _Floats, s: _Floats, aimed: bool, aim: _Floats, wet: bool, p: _Floats,
+    state: _Floats, traction: _Floats, tangent: _Floats, message: _Bytes, /,
+) -> int: ...  # fmt: skip
 def asperity_stability_of(props: _Floats, tangent: _Floats, numbers: _Floats, /) -> int: ...
 def asperity_read_cases(
     path: bytes, from_text: bool, text: bytes, from_props: bool, props: _Floats, /

@@ -1,11 +1,12 @@
 !> C API of the library, declared in asperity.h: the law for arrays of points.
 module asperity_c
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr
   use asperity_c_text, only: put_text
   use asperity_call_checks, only: explain_nstatv, explain_point, explain_time, umat_only
   use asperity_checks, only: review_props
-  use asperity_contract, only: status_initial, status_nstatv, status_ok, status_props, status_size, status_time, &
-    status_water, version
+  use asperity_contract, only: cap_statev, status_initial, status_nstatv, status_ok, status_props, status_size, &
+    status_time, status_water, v_friction, v_rupture, version
   use asperity_initial, only: carry_traction, explain_initial
   use asperity_interface, only: interface_type, new_interface
   use asperity_arrays, only: update_points
@@ -16,8 +17,8 @@ module asperity_c
   use asperity_warnings, only: increment_text, measures, n_measures, text_size, warned, warning_text
   implicit none
   private
-  public :: asperity_version, asperity_nstatv, asperity_initial_state, asperity_update, asperity_planes, &
-    asperity_warn, asperity_slip_increment, asperity_joint
+  public :: asperity_version, asperity_nstatv, asperity_initial_state, asperity_update, asperity_iterate, &
+    asperity_planes, asperity_warn, asperity_slip_increment, asperity_joint
 
 contains
 
@@ -108,52 +109,29 @@ contains
     type(c_ptr), value :: message                       !! char[size], may be NULL
     integer(c_int), value :: size                       !! bytes of the message
     integer(c_int) :: status
-    real(wp), pointer, contiguous :: from(:, :), to(:, :), goal(:, :), water(:), states(:, :), t(:, :), d(:, :, :)
-    real(wp), target :: none(0)
-    character(len=:), allocatable :: text
-    type(interface_type) :: joint
-    real(wp) :: frozen(3), start(3)
-    integer :: failed
-
-    allocate (character(len=0) :: text)
-    call begin(props, nprops, n, nstatv, size, joint, status, text)
-    if (n > 0) then
-      call expect_array("s", s, status, text)
-      call expect_array("state", state, status, text)
-      call expect_array("traction", traction, status, text)
-    end if
-    if (status == status_ok) then
-      to(1:3, 1:0) => none
-      states(1:max(1, nstatv), 1:0) => none
-      t(1:3, 1:0) => none
-      if (n > 0) then
-        call c_f_pointer(s, to, [3, n])
-        call c_f_pointer(state, states, [nstatv, n])
-        call c_f_pointer(traction, t, [3, n])
-      end if
-      ! a null pointer is an absent optional argument
-      nullify (from, goal, water, d)
-      if (c_associated(s_old)) call c_f_pointer(s_old, from, [3, n])
-      if (c_associated(aim)) call c_f_pointer(aim, goal, [3, n])
-      if (c_associated(p)) call c_f_pointer(p, water, [n])
-      if (c_associated(tangent)) call c_f_pointer(tangent, d, [3, 3, n])
-      call update_points(joint, to, states, t, status, failed, from, d, dt, .true., goal, water)
-      if (status == status_time) then
-        call explain_time(joint, "dt", text, dt)
-      else if (status == status_water) then
-        text = point_text(failed, n) // "p = " // to_text(water(failed)) // &
-          ": expected a finite water pressure >= 0"
-      else if (status /= status_ok) then
-        start = 0.0_wp
-        if (associated(from)) start = from(:, failed)
-        frozen = 0.0_wp
-        if (associated(goal)) frozen = goal(:, failed)
-        call explain_point(joint, start, to(:, failed), states(:, failed), text, frozen)
-        text = point_text(failed, n) // text
-      end if
-    end if
-    call put_text(text, message, size)
+    status = increment(.true., props, nprops, dt, n, s_old, s, aim, p, nstatv, state, traction, tangent, message, size)
   end function asperity_update
+
+  !> The same for an iterate: the dissipated energies in the states are NaN afterwards.
+  function asperity_iterate(props, nprops, dt, n, s_old, s, aim, p, nstatv, state, traction, tangent, message, &
+    size) bind(C) result(status)
+    integer(c_int), value :: nprops                     !! number of constants
+    real(c_double), value :: dt                         !! duration, >= 0, time; not used if tau_v = c = 0
+    integer(c_int), value :: n                          !! points
+    integer(c_int), value :: nstatv                     !! state variables per point
+    type(c_ptr), value :: props                         !! double[nprops] material constants
+    type(c_ptr), value :: s_old                         !! double[n][3] separation at the start, NULL: zero
+    type(c_ptr), value :: s                             !! double[n][3] separation (N, Tx, Ty) at the end, length
+    type(c_ptr), value :: aim                           !! double[n][3] separation of frozen variables, NULL: none
+    type(c_ptr), value :: p                             !! double[n] water pressure at the end, NULL: 0
+    type(c_ptr), value :: state                         !! double[n][nstatv] state variables, start -> end
+    type(c_ptr), value :: traction                      !! double[n][3] traction at the end, stress
+    type(c_ptr), value :: tangent                       !! double[n][3][3] d traction_i/d s_j, may be NULL
+    type(c_ptr), value :: message                       !! char[size], may be NULL
+    integer(c_int), value :: size                       !! bytes of the message
+    integer(c_int) :: status
+    status = increment(.false., props, nprops, dt, n, s_old, s, aim, p, nstatv, state, traction, tangent, message, size)
+  end function asperity_iterate
 
   !> Normals and weights of the first n planes of PROPS; returns the number of all planes, 0 if PROPS is not admissible.
   function asperity_planes(props, nprops, n, normals, weights) bind(C) result(n_planes)
@@ -230,6 +208,78 @@ contains
       if (joint_props(i) <= nprops) props(joint_props(i)) = constants(i)
     end do
   end subroutine asperity_joint
+
+  !> Update n points over one increment, as asperity_update does, with or without the dissipated energies: their parts of
+  !> a long increment may take thirty times as long as the rest.
+  function increment(energies, props, nprops, dt, n, s_old, s, aim, p, nstatv, state, traction, tangent, message, &
+    size) result(status)
+    logical, intent(in) :: energies                     !! whether they are wanted, else NaN
+    integer(c_int), intent(in) :: nprops        !! number of constants
+    real(c_double), intent(in) :: dt            !! duration, >= 0, time; not used if tau_v = c = 0
+    integer(c_int), intent(in) :: n             !! points
+    integer(c_int), intent(in) :: nstatv        !! state variables per point
+    type(c_ptr), intent(in) :: props            !! double[nprops] material constants
+    type(c_ptr), intent(in) :: s_old            !! double[n][3] separation at the start, NULL: zero
+    type(c_ptr), intent(in) :: s                !! double[n][3] separation (N, Tx, Ty) at the end, length
+    type(c_ptr), intent(in) :: aim              !! double[n][3] separation of frozen variables, NULL: none
+    type(c_ptr), intent(in) :: p                !! double[n] water pressure at the end, NULL: 0
+    type(c_ptr), intent(in) :: state            !! double[n][nstatv] state variables, start -> end
+    type(c_ptr), intent(in) :: traction         !! double[n][3] traction at the end, stress
+    type(c_ptr), intent(in) :: tangent          !! double[n][3][3] d traction_i/d s_j, may be NULL
+    type(c_ptr), intent(in) :: message          !! char[size], may be NULL
+    integer(c_int), intent(in) :: size          !! bytes of the message
+    integer(c_int) :: status
+    real(wp), pointer, contiguous :: from(:, :), to(:, :), goal(:, :), water(:), states(:, :), t(:, :), d(:, :, :)
+    real(wp), target :: none(0)
+    character(len=:), allocatable :: text
+    type(interface_type) :: joint
+    real(wp) :: frozen(3), start(3)
+    integer :: failed
+
+    allocate (character(len=0) :: text)
+    call begin(props, nprops, n, nstatv, size, joint, status, text)
+    if (n > 0) then
+      call expect_array("s", s, status, text)
+      call expect_array("state", state, status, text)
+      call expect_array("traction", traction, status, text)
+    end if
+    if (.not. energies) joint%material%inv_longest_2 = 0.0_wp
+    if (status == status_ok) then
+      to(1:3, 1:0) => none
+      states(1:max(1, nstatv), 1:0) => none
+      t(1:3, 1:0) => none
+      if (n > 0) then
+        call c_f_pointer(s, to, [3, n])
+        call c_f_pointer(state, states, [nstatv, n])
+        call c_f_pointer(traction, t, [3, n])
+      end if
+      ! a null pointer is an absent optional argument
+      nullify (from, goal, water, d)
+      if (c_associated(s_old)) call c_f_pointer(s_old, from, [3, n])
+      if (c_associated(aim)) call c_f_pointer(aim, goal, [3, n])
+      if (c_associated(p)) call c_f_pointer(p, water, [n])
+      if (c_associated(tangent)) call c_f_pointer(tangent, d, [3, 3, n])
+      call update_points(joint, to, states, t, status, failed, from, d, dt, .true., goal, water)
+      if (status == status_time) then
+        call explain_time(joint, "dt", text, dt)
+      else if (status == status_water) then
+        text = point_text(failed, n) // "p = " // to_text(water(failed)) // &
+          ": expected a finite water pressure >= 0"
+      else if (status /= status_ok) then
+        start = 0.0_wp
+        if (associated(from)) start = from(:, failed)
+        frozen = 0.0_wp
+        if (associated(goal)) frozen = goal(:, failed)
+        call explain_point(joint, start, to(:, failed), states(:, failed), text, frozen)
+        text = point_text(failed, n) // text
+      else if (.not. energies) then
+        states([v_rupture, v_friction], :) = ieee_value(0.0_wp, ieee_quiet_nan)
+        if (joint%cap%peak > 0.0_wp) states(cap_statev(joint%pattern%n, joint%material%wears) + 1, :) = &
+          ieee_value(0.0_wp, ieee_quiet_nan)
+      end if
+    end if
+    call put_text(text, message, size)
+  end function increment
 
   !> "point i (of 0 to n - 1): " in a message; points count from 0, as in arrays of C and Python.
   pure function point_text(i, n) result(text)

@@ -136,6 +136,27 @@ static int negative_counts_are_told_as_they_came(void) {
   return bad + FAILS(strstr(message, "NSTATV = -4: expected at least 11") != NULL);
 }
 
+static int iterate_has_all_but_the_dissipated_energies(void) {
+  /* A slip that breaks a rough joint in one increment; an iterate is no start of a further one. */
+  enum { PLANES = 5, N = POINT_STATEV + PLANE_STATEV * PLANES, RUPTURE = 2, FRICTION = 3 };
+  const double props[18] = {SIGMA0, GC, ETA, MU, 30.0, PLANES - 1, [15] = 20.0, [17] = 50.0 * S0};
+  const double start[3] = {-0.01 * S0, 0.0, 0.0}, end[3] = {0.0, 30.0 * S0, 2.0 * S0};
+  double state[2][N] = {{0}, {0}}, t[2][3], d[2][3][3];
+  char message[256] = "";
+  int bad = FAILS(asperity_update(props, 18, 0.0, 1, start, end, NULL, NULL, N, state[0], t[0], d[0][0], NULL, 0) ==
+                  ASPERITY_OK);
+  bad += FAILS(asperity_iterate(props, 18, 0.0, 1, start, end, NULL, NULL, N, state[1], t[1], d[1][0], message,
+                                sizeof message) == ASPERITY_OK);
+  bad += FAILS(state[0][RUPTURE] > 0.5 * GC && state[0][FRICTION] > 0.0);
+  bad += FAILS(isnan(state[1][RUPTURE]) && isnan(state[1][FRICTION]));
+  for (int i = 0; i < N; i++) bad += FAILS(i == RUPTURE || i == FRICTION || state[0][i] == state[1][i]);
+  for (int i = 0; i < 3; i++) bad += FAILS(t[0][i] == t[1][i]);
+  for (int i = 0; i < 9; i++) bad += FAILS(d[0][i / 3][i % 3] == d[1][i / 3][i % 3]);
+  bad += FAILS(asperity_iterate(props, 18, 0.0, 1, end, start, NULL, NULL, N, state[1], t[1], NULL, message,
+                                sizeof message) == ASPERITY_BAD_STATE);
+  return bad + FAILS(strstr(message, "STATEV(3) rupture = NaN") != NULL);
+}
+
 static int initial_state_carries_the_traction(void) {
   /* A virgin flat plane: offset = traction/K. A fully damaged one has no tension. Counts are not negative. */
   const double props[] = FLAT_PROPS, zero[3] = {0.0, 0.0, 0.0}, wanted[3] = {-2.0 * SIGMA0, 0.2 * SIGMA0, 0.0};
@@ -299,6 +320,7 @@ int main(void) {
                                 null_start_and_null_tangent,
                                 null_arrays,
                                 negative_counts_are_told_as_they_came,
+                                iterate_has_all_but_the_dissipated_energies,
                                 initial_state_carries_the_traction,
                                 water_is_part_of_the_total_traction,
                                 planes_have_the_normals_of_the_pattern,

@@ -29,7 +29,7 @@ step(install ${CMAKE_COMMAND} --install ${BINARY_DIR} --prefix ${prefix})
 file(GLOB_RECURSE library ${prefix}/${LIBRARY})
 step(exports ${NM} -D --defined-only ${library})
 foreach(symbol umat_ vumat_ vumat_single_ asperity_version asperity_isa asperity_nstatv asperity_initial_state
-    asperity_update asperity_planes asperity_warn asperity_slip_increment asperity_joint)
+    asperity_update asperity_iterate asperity_planes asperity_warn asperity_slip_increment asperity_joint)
   if(NOT output MATCHES " T ${symbol}\n")
     message("${LIBRARY} does not export ${symbol}:\n${output}")
     finish(1)

@@ -176,7 +176,7 @@ class Branch:
             except ValueError as error:
                 return x, at, iteration, f"the conditions at {at:.5g}: {error}"
             try:
-                response = respond(m, old, s, t.dt, p)
+                response = respond(m, old, s, t.dt, p, iterate=True)
             except LawError as error:
                 return x, at, iteration, f"the law: {error}"
             task = Task(now.values, load, p, t.dt, none, 0.0, t.tolerance, t.search)

@@ -94,7 +94,7 @@ def _errors(
     """Errors of a pass by its aim: largest of a damage, sum of those of forces, residual of the law."""
     m, damage = equations.model, 0.0
     assert found.response
-    taken, true = (respond(m, start, s, task.dt, task.p, None, clock) for s in (aim, found.s))
+    taken, true = (respond(m, start, s, task.dt, task.p, None, clock, True) for s in (aim, found.s))
     first, step = contract.N_POINT_STATEV, contract.N_PLANE_STATEV
     for law, mine, theirs in zip(m.laws, true.joints, taken.joints, strict=True):
         planes = slice(first, first + step * law.n_planes, step)

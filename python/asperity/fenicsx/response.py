@@ -55,18 +55,21 @@ def respond(
     p: Floats,
     aim: Floats | None = None,
     clock: Clock | None = None,
+    iterate: bool = False,
 ) -> Response:
     """Take all points from a start to separations s (p, 3) under pressures p (p,), as `Interface.update`.
 
-    aim (p, 3): separations whose damage, friction bounds and slopes the law then has.  Raises LawError on all
-    ranks where a point of one of them has no result.
+    aim (p, 3): separations whose damage, friction bounds and slopes the law then has.  iterate: without the
+    dissipated energies, which are NaN in the states and take most of the time of a long increment.  Raises
+    LawError on all ranks where a point of one of them has no result.
     """
     begin, message, text = time.process_time(), calls.message_room(), ""
     t, D = np.empty((len(s), 3)), np.empty((len(s), 3, 3))
+    law = _core.asperity_iterate if iterate else _core.asperity_update
     joints = tuple(states.copy() for states in start.joints)
     at, wet = s if aim is None else aim, bool(p.any())
     for props, part, new in zip(model.props, model.parts, joints, strict=True):
-        if part.stop > part.start and _core.asperity_update(
+        if part.stop > part.start and law(
             props, dt, start.s[part], s[part], aim is not None, at[part], wet, p[part], new, t[part], D[part],
             message,
         ):  # fmt: skip
