@@ -222,7 +222,7 @@ def mutated(lines: list[str], at: int, rng: np.random.Generator) -> list[str]:
     return [*lines[:at], *new, *lines[at + 1 :]]
 
 
-@pytest.mark.parametrize(("seed", "count"), [(1, 150), pytest.param(2, 1000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("seed", "count"), [(1, 150), pytest.param(2, 1000, marks=pytest.mark.long)])
 def test_drawn_tables(seed: int, count: int, tmp_path: Path) -> None:
     """Of drawn files, whole or damaged in a line, all other rows have their values, or the file is refused.
 
