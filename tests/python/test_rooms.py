@@ -87,7 +87,6 @@ WITHOUT_FILE = {
     "tools/fit/test_outputs.py: what a fit writes, and its predictions": (
         "tools.fit.command html tools.fit.picture predict report written"
     ),
-    "tools/fit/test_records.py: files of laboratories": "forces headings starts",
     "tools/fit/test_rigid.py: shapes that the law has not": "profiles",
     "tools/fit/test_strengths.py: tables of strengths": "strength strength_report",
     "tools/selection/test_search.py: selected patterns, the command": "tools.selection.command",
