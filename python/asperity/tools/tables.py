@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from ..contract import Floats
 
-__all__ = ["Table", "markdown", "raise_all", "read_table", "read_tables", "size"]
+__all__ = ["Table", "markdown", "raise_all", "read_table", "read_tables", "size", "warn_if"]
 
 MISSING = r"\*+|(?i:nan|n/a|null|bad|no[ _]?data|missing|masked|invalid)"
 """Words in place of a missing number."""
@@ -451,6 +451,12 @@ def _first_row(lines: Sequence[str]) -> tuple[int, str]:
                 best = max(best, (length, first, mark), key=lambda run: run[0])
                 length = 0
     return best[1:]
+
+
+def warn_if(odd: object, text: str) -> None:
+    """Give a ModelWarning where something is odd."""
+    if odd:
+        warnings.warn(text, ModelWarning, stacklevel=2)
 
 
 def raise_all(errors: Sequence[str]) -> None:

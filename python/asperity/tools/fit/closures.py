@@ -13,10 +13,9 @@ from ...interface import Interface
 from ...material import Material
 from ...pattern import Pattern
 from ...steps import Step
-from .checks import refuse_copies
 from .closure_test import ClosureTest
-from .evidence import independent_rows
 from .intervals import Estimate, delete_one, quantiles
+from .shear_test import independent_rows, refuse_copies
 from .thresholds import (
     FACTOR,
     GAIN,

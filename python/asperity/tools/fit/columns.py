@@ -9,8 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..tables import Table, size
-from .checks import warn_if
+from ..tables import Table, size, warn_if
 
 REQUIRED, OPTIONAL = ("slip", "tau", "sigma_N"), ("dilation", "k_N", "test")
 STRENGTHS, BESIDE = ("peak", "sigma_N"), ("residual", "peak_slip", "slip")

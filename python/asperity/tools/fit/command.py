@@ -18,7 +18,6 @@ from ...hosts import hosts
 from ...interface import Interface
 from ...model_checks import model_warnings, shown_warnings
 from ..tables import size
-from .checks import of_kind
 from .closure_test import ClosureTest
 from .closures import fit_closures
 from .columns import DEFAULT, NONE
@@ -27,7 +26,7 @@ from .model import AUTO, MORTAR, ROCK, SCALES, SIDES
 from .outputs import case_text_of, draw, interface_of, report_of, residuals_of
 from .records import read_tests
 from .report import AnyFit, comment, file_of, intervals_text
-from .shear_test import ShearTest
+from .shear_test import ShearTest, of_kind
 from .strength import Strength
 from .strengths import fit_strengths
 

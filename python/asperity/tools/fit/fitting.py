@@ -10,17 +10,16 @@ import numpy as np
 
 from ... import contract
 from ...pattern import Pattern
+from ..tables import warn_if
 from .bonds import guessed, is_near_bond, unseen_bond
-from .checks import check_copies, check_known, shows_dilation, warn_if
-from .evidence import cycles, guesses
 from .intervals import Assumption, Estimate, Intervals, spreads
 from .ladder import Model, choose, criteria, is_noise, ladder
-from .model import AUTO, CRUSHING, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS
+from .model import AUTO, CRUSHING, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS, check_known
 from .profiles import AT_ONCE, assumed, in_place_of_bond, shaped, unseen
 from .result import Fit
 from .rigid import LAW, SHAPES, SLOPES, WITHOUT
-from .shear_test import ShearTest
-from .squares import Solution, by_law, other_misfit, refitted, residuals, searched, with_crushing
+from .shear_test import ShearTest, check_copies, cycles, shows_dilation
+from .squares import Solution, by_law, guesses, other_misfit, refitted, residuals, searched, with_crushing
 from .thresholds import GAIN, GOOD, NEAR, NO_WIDTH, STIFF, WEIGHTS
 from .verdict import (
     Comparison,

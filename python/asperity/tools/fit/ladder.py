@@ -9,11 +9,10 @@ from functools import cached_property
 import numpy as np
 
 from ...contract import Floats
-from .evidence import cycles, independent_rows, pressures
 from .model import KS, KT, MORTAR, PLAUSIBLE, ROCK, Problem, plausible, to_scale
 from .rigid import LAW, has_closed_form
 from .series import CyclicSeries, Rigid, Series
-from .shear_test import ShearTest
+from .shear_test import ShearTest, cycles, independent_rows, pressures
 from .squares import Solution
 from .thresholds import APART, BRITTLE, GAIN, NOISE, ROWS_EACH, SOFT_CYCLES, STIFF, STIFF_CONTACT
 

@@ -19,17 +19,15 @@ from ...model_checks import shown_warnings
 from ...pattern import direction_vector
 from ...steps import slip_path
 from ..tables import size
-from .checks import of_kind
 from .closure_test import ClosureTest
 from .closures import closure_of
 from .columns import NONE
 from .command import NO_RESULT, add_reading, read
-from .evidence import cycles
 from .model import KT, PRELOAD, Problem
 from .picture import curves_figure
 from .report import COLUMNS, compared_rows, covered, file_of, heading
 from .series import CyclicSeries, Series
-from .shear_test import ShearTest
+from .shear_test import ShearTest, cycles, of_kind
 from .strength import Strength
 from .thresholds import FLOOR, NORMAL
 from .verdict import Comparison, compared, grade_of, short

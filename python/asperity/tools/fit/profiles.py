@@ -7,14 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from .evidence import cycles, first_slope, first_stroke, guesses
 from .intervals import Assumption, Intervals, spreads
 from .ladder import Model, criteria
 from .model import KS, KT, SPRINGS, rows_of, to_scale
 from .rigid import CONTRACTING, SHAPES, SLOPES, SOFTENINGS, WITHOUT
 from .series import Started
-from .shear_test import ShearTest
-from .squares import Solution, refitted, solve
+from .shear_test import ShearTest, cycles, first_slope, first_stroke
+from .squares import Solution, guesses, refitted, solve
 from .thresholds import GAIN, SEARCHED
 
 STARTS, SHAPE_OF_LAW, AT_ONCE = "gauge offsets", "shape of the law", "friction at once behind a spring"

@@ -10,9 +10,8 @@ import numpy as np
 
 from ... import contract
 from ...contract import Floats
-from ..tables import Table, raise_all, read_tables
+from ..tables import Table, raise_all, read_tables, warn_if
 from ..units import area_of
-from .checks import check_rows, check_sizes, check_stiffness, warn_if
 from .closure_test import ClosureTest
 from .columns import (
     BESIDE,
@@ -27,7 +26,7 @@ from .columns import (
     factors_of,
     with_names,
 )
-from .shear_test import ShearTest
+from .shear_test import ShearTest, check_rows, check_sizes, check_stiffness
 from .strength import Strength
 
 if TYPE_CHECKING:

@@ -12,15 +12,13 @@ import numpy as np
 from ...case_writer import Word, case_text, pattern_entries, rounded
 from ...contract import Floats
 from ...pattern import Pattern
-from .checks import of_kind
 from .closure_test import ClosureTest
 from .closures import ClosureFit
 from .columns import NONE
-from .evidence import cycles, first_stroke
 from .intervals import Estimate
 from .model import KS, KT, MATERIAL, SCALES, UNITS
 from .result import Fit
-from .shear_test import ShearTest
+from .shear_test import ShearTest, cycles, first_stroke, of_kind
 from .strength import Strength
 from .strengths import StrengthFit
 from .thresholds import CONFIDENCE, FAIR, GOOD

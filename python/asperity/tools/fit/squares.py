@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...contract import Floats
-from .evidence import cycles, first_stroke
 from .model import Problem, rows_of, to_scale
+from .shear_test import ShearTest, cycles, first_slope, first_stroke, last_slope, pressures, smooth
 from .thresholds import (
     AROUND,
     FEW_TRIALS,
@@ -232,3 +232,44 @@ def refitted(
         float(to_scale(name, known[name])) if known.get(name) else middle[name] for name in model.free
     ])  # fmt: skip
     return Solution(model, problem, *solve(problem, start, tolerance))
+
+
+def guesses(tests: Sequence[ShearTest]) -> dict[str, float]:
+    """Rough values of the constants: the strength at the end less the slope there, the largest slope, its
+    end.
+
+    Any of them is only where a search begins.
+    """
+    mus, slopes, heights, stiffnesses, drops, ratios = [], [], [], [], [], []
+    stress = max(float(np.abs(test.tau).max()) for test in tests)
+    length = max(float(np.abs(test.slip).max()) for test in tests)
+    for test in tests:
+        rows = first_stroke(test)
+        slip, tau, pressure = np.abs(test.slip[rows]), np.abs(test.tau[rows]), pressures(test)[rows]
+        end = slice(-max(2, round(0.15 * slip.size)), None)
+        least = 1e-9 * stress
+        ratio = float(np.median(tau[end]) / max(np.median(pressure[end]), least))
+        at_end = last_slope(test)
+        if test.s_N is not None:
+            slopes.append(max(first_slope(test), 0.02))
+            heights.append(max(1.1 * float(np.mean(test.s_N[rows][end])), 0.02 * float(slip.max())))
+        mus.append((ratio - at_end) / (1.0 + ratio * at_end))
+        top = int(np.argmax(smooth(tau, min(3, tau.size))))
+        stiffnesses.append(float(np.max(tau[: top + 2] / np.maximum(slip[: top + 2], 1e-9 * length))))
+        drops.append(float(tau.max() - np.median(tau[end])))
+        ratios.append(float(tau.max() / max(pressure[top], least)))
+    mu, peak = float(np.clip(np.median(mus), 0.05, 1.5)), float(np.median(ratios))
+    slope = float(np.median(slopes)) if slopes else max(0.05, (peak - mu) / (1.0 + peak * mu))
+    bond = float(max(np.median(drops), 0.05 * stress))
+    return {
+        "kT": float(np.median(stiffnesses)),
+        "ks": 2.0 * float(np.median(stiffnesses)),
+        "mu": mu,
+        "theta": float(np.clip(np.degrees(np.arctan(slope)), 1.0, 60.0)),
+        "height": float(np.median(heights)) if heights else 0.25 * length * slope,
+        "sigma0": bond,
+        "Gc": 0.1 * bond * length,
+        "crush": 3.0 * max(-test.pressed for test in tests) + 1e-3 * stress,
+        "W0": stress * length,
+        "eta": 0.9,
+    }

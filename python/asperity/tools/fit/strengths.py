@@ -9,9 +9,8 @@ import numpy as np
 
 from ... import contract
 from ...contract import Floats
-from .checks import check_known
 from .intervals import Estimate, quantiles
-from .model import AUTO, MORTAR, ROCK, from_scale, plausible, to_scale
+from .model import AUTO, MORTAR, ROCK, check_known, from_scale, plausible, to_scale
 from .rigid import crushed
 from .squares import least
 from .strength import Strength

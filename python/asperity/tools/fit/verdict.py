@@ -8,12 +8,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...contract import Floats
-from .evidence import cycles, first_slope, first_stroke, last_slope, noises, numbers, pressures
 from .intervals import Estimate
 from .ladder import independent
 from .model import SPRINGS, Problem
 from .rigid import LAW
-from .shear_test import ShearTest
+from .shear_test import ShearTest, cycles, first_slope, first_stroke, last_slope, noises, numbers, pressures
 from .squares import Solution, refitted
 from .thresholds import (
     BY_NOISE,
