@@ -81,7 +81,7 @@ WITHOUT_FILE = {
         "tools.explore.command tools.explore.model"
     ),
     "tools/fit/test_fitting.py: the fit of curves as a whole, from the ladder of models to the verdict": (
-        "ladder tools.fit.model result squares thresholds verdict"
+        "result thresholds verdict"
     ),
     "tools/fit/test_closures.py: closure tests and what is said of them": "closure_report closure_test",
     "tools/fit/test_outputs.py: what a fit writes, and its predictions": (

@@ -16,7 +16,7 @@ from asperity.pattern import Pattern
 from asperity.tools.fit import Fit
 from asperity.tools.fit.closures import ClosureFit
 from asperity.tools.fit.model import from_scale, plausible, to_scale
-from asperity.tools.fit.squares import least
+from asperity.tools.fit.search import least
 from asperity.tools.fit.strengths import StrengthFit
 from asperity.tools.style import printed, save
 from matplotlib.figure import Figure

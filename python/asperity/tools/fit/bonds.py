@@ -9,9 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from ...contract import Floats
-from .ladder import independent
 from .model import Problem
-from .squares import Solution, residuals, solve
+from .search import Solution, independent, residuals, solve
 from .thresholds import GAIN, GOOD, ROOT, SEARCHED
 
 

@@ -13,13 +13,27 @@ from ...pattern import Pattern
 from ..tables import warn_if
 from .bonds import guessed, is_near_bond, unseen_bond
 from .intervals import Assumption, Estimate, Intervals, spreads
-from .ladder import Model, choose, criteria, is_noise, ladder
-from .model import AUTO, CRUSHING, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS, check_known
-from .profiles import AT_ONCE, assumed, in_place_of_bond, shaped, unseen
+from .model import AUTO, CRUSHING, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS, Model, check_known
+from .profiles import AT_ONCE, assumed, unseen
 from .result import Fit
 from .rigid import LAW, SHAPES, SLOPES, WITHOUT
+from .search import (
+    Solution,
+    by_law,
+    choose,
+    criteria,
+    guesses,
+    in_place_of_bond,
+    is_noise,
+    ladder,
+    other_misfit,
+    refitted,
+    residuals,
+    searched,
+    shaped,
+    with_crushing,
+)
 from .shear_test import ShearTest, check_copies, cycles, shows_dilation
-from .squares import Solution, by_law, guesses, other_misfit, refitted, residuals, searched, with_crushing
 from .thresholds import GAIN, GOOD, NEAR, NO_WIDTH, STIFF, WEIGHTS
 from .verdict import (
     Comparison,

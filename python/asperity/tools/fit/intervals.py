@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ...contract import Floats
 from .model import PLAUSIBLE, SPRINGS, from_scale, plausible, to_scale
-from .squares import Solution
+from .search import Solution
 from .thresholds import CONFIDENCE, KNOWN_TESTS, NORMAL, PARTS, RIDGE, SCATTER, SCATTER_OF_OTHERS
 
 

@@ -1,10 +1,10 @@
-"""Constants that a fit may identify, and the model of shear-box tests: residuals over the constants."""
+"""Constants that a fit may identify, and models of shear-box tests: residuals over the constants."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,8 +17,21 @@ from ...load_path import columns_of
 from ...material import Material
 from ...pattern import Pattern, direction_vector
 from ...steps import slip_path, thinned
-from .shear_test import ShearTest
-from .thresholds import INCREMENTS, LEAST_RANGE, MOST_SEARCHED, PENALTY
+from .rigid import LAW, SHAPES, has_closed_form, rigid_curve
+from .shear_test import ShearTest, cycles
+from .thresholds import (
+    BRITTLE,
+    CANDIDATES,
+    FARTHEST,
+    INCREMENTS,
+    LEAST_RANGE,
+    MOST_SEARCHED,
+    PENALTY,
+    ROUNDS,
+    SOFT_CYCLES,
+    STIFF,
+    STIFF_CONTACT,
+)
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -119,6 +132,38 @@ def plausible(
     size = (sizes | {"stress/length": stress / length}).get(UNITS.get(name, "stress/length"), 1.0)
     low, high = ranges[name]
     return low * size, high * size
+
+
+def slip_curve(
+    props: Floats,
+    test: ShearTest,
+    slips: Floats,
+    rows: np.ndarray,
+    direction: float,
+    preload: int,
+    spring: float = 0.0,
+) -> tuple[Floats, Floats, int]:
+    """tau along the slip and s_N since its start, (P,) each, and the number of converged rows.
+
+    The model of a shear box: `Interface.confined_slip` under sigma_N and k_N of the test, without its state
+    and events. props: of the interface. slips, rows: as in `Problem.paths`. A measured normal traction is
+    prescribed, straight between the rows of the test. Rows without equilibrium repeat the last one. spring:
+    stiffness in series, stress/length, of which the slips are the far end; 0: none.
+    """
+    n, along = slips.size, direction_vector(direction)
+    load, slide = slip_path(direction, slips, test.sigma_N, preload, test.k_N)
+    if spring:
+        slide = replace(slide, slip=None, direction=None, k_Tx=spring, k_Ty=spring)
+        slide = replace(slide, t_Tx=spring * along[0] * slips, t_Ty=spring * along[1] * slips)
+    if test.path_N is not None:
+        slide = replace(slide, t_N=np.interp(np.arange(n), [0, *rows], [test.sigma_N, *test.path_N]))
+    step, s_N, t_x, t_y = columns_of(props, [load, slide], ("step", "s_N", "t_Tx", "t_Ty"))
+    first = int(np.sum(step <= 1.0))
+    done = step.size - first
+    if done == 0:
+        return np.zeros(n), np.zeros(n), 0
+    place = first + np.minimum(np.arange(n), done - 1)
+    return (along[0] * t_x + along[1] * t_y)[place], (s_N - s_N[first])[place], done
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,33 +288,237 @@ class Problem:
     """Whether residuals cost next to nothing."""
 
 
-def slip_curve(
-    props: Floats,
-    test: ShearTest,
-    slips: Floats,
-    rows: np.ndarray,
-    direction: float,
-    preload: int,
-    spring: float = 0.0,
-) -> tuple[Floats, Floats, int]:
-    """tau along the slip and s_N since its start, (P,) each, and the number of converged rows.
+class Series(Problem):
+    """First strokes of a joint with a spring of the stiffness kT in series: measured slip u + tau(u)/kT.
 
-    The model of a shear box: `Interface.confined_slip` under sigma_N and k_N of the test, without its state
-    and events. props: of the interface. slips, rows: as in `Problem.paths`. A measured normal traction is
-    prescribed, straight between the rows of the test. Rows without equilibrium repeat the last one. spring:
-    stiffness in series, stress/length, of which the slips are the far end; 0: none.
+    The law runs along the slip u of the joint itself; tau and s_N are interpolated at the measured slips.
+    Specimen, box and matedness are such a spring; the shear stiffness of a joint lies in its inclined planes,
+    so that it dilates before it slides.
     """
-    n, along = slips.size, direction_vector(direction)
-    load, slide = slip_path(direction, slips, test.sigma_N, preload, test.k_N)
-    if spring:
-        slide = replace(slide, slip=None, direction=None, k_Tx=spring, k_Ty=spring)
-        slide = replace(slide, t_Tx=spring * along[0] * slips, t_Ty=spring * along[1] * slips)
-    if test.path_N is not None:
-        slide = replace(slide, t_N=np.interp(np.arange(n), [0, *rows], [test.sigma_N, *test.path_N]))
-    step, s_N, t_x, t_y = columns_of(props, [load, slide], ("step", "s_N", "t_Tx", "t_Ty"))
-    first = int(np.sum(step <= 1.0))
-    done = step.size - first
-    if done == 0:
-        return np.zeros(n), np.zeros(n), 0
-    place = first + np.minimum(np.arange(n), done - 1)
-    return (along[0] * t_x + along[1] * t_y)[place], (s_N - s_N[first])[place], done
+
+    @cached_property
+    def paths(self) -> list[tuple[Floats, np.ndarray]]:
+        """Measured slips (P,) of each test, from zero on, and which of them are rows of the test."""
+        paths = []
+        for test in self.tests:
+            slips = np.append(0.0, np.maximum.accumulate(sign_of(test) * test.slip))
+            paths.append((slips, np.arange(1, slips.size)))
+        return paths
+
+    def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
+        """tau, s_N and the number of rows with equilibrium of each test."""
+        curves = []
+        for test, (slips, _) in zip(self.tests, self.paths, strict=True):
+            outside, tau, s_N, done = self.outside(values, test, slips[-1])
+            lost = slips.size
+            if done < outside.size:
+                lost = int(np.searchsorted(slips, outside[max(done - 1, 0)]))
+            curves.append((np.interp(slips, outside, tau), np.interp(slips, outside, s_N), lost))
+        return curves
+
+    def outside(
+        self, values: Mapping[str, float], test: ShearTest, top: float
+    ) -> tuple[Floats, Floats, Floats, int]:
+        """Measured slips, tau and s_N of a test, (P,) each, up to slips of the joint of the size top.
+
+        And the number of rows with equilibrium.
+        """
+        stiffness, sign = 1.0 / self.compliance(values), sign_of(test)
+        slips = top * places(self.increments)
+        alone = test
+        if test.path_N is not None:
+            at = np.maximum.accumulate(np.maximum(0.0, sign * (test.slip - test.tau / stiffness)))
+            path = np.interp(slips[1:], at, test.path_N)
+            alone = replace(test, slip=slips[1:], tau=slips[1:], s_N=None, lines=(), path_N=path)
+        tau, s_N, done = self.slid(values, alone, sign * slips)
+        # softening steeper than the spring is passed at one measured slip
+        outside = np.maximum.accumulate(slips + sign * tau / stiffness) + 1e-12 * top * np.arange(slips.size)
+        return outside, tau, s_N, done
+
+    def compliance(self, values: Mapping[str, float]) -> float:
+        """Slip over traction of what lies in series with `slid`, length/stress."""
+        return 1.0 / values[KT]
+
+    def slid(self, values: Mapping[str, float], test: ShearTest, slips: Floats) -> tuple[Floats, Floats, int]:
+        """tau, s_N and the number of rows with equilibrium of the joint alone, as `slip_curve`."""
+        rows = np.arange(1, slips.size)
+        return slip_curve(self.props(values), test, slips, rows, self.direction, PRELOAD)
+
+
+class CyclicSeries(Problem):
+    """The same with reversals of the slip, where the driver has the spring: x is the way of its far end."""
+
+    def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
+        """tau, s_N and the number of rows with equilibrium of each test."""
+        props, pairs = self.props(values), zip(self.tests, self.paths, strict=True)
+        return [slip_curve(props, test, *path, self.direction, PRELOAD, values[KT]) for test, path in pairs]
+
+
+class Cyclic(Problem):
+    """Cycles, in which the elastic slip is that of the joint."""
+
+    @cached_property
+    def ends(self) -> Floats:
+        """Bounds of the free constants on their scales, (2, p)."""
+        ranges = PLAUSIBLE | {KS: (PLAUSIBLE[KS][0], SOFT_CYCLES)}
+        return np.transpose([to_scale(name, plausible(name, *self.size, ranges)) for name in self.free])
+
+    def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
+        """Curves as of any problem.
+
+        Raises ValueError for a bond that counts as rigid, which takes too many increments in each cycle.
+        """
+        if "sigma0" in values:
+            stress, length = self.size
+            stiffness = values["sigma0"] ** 2 / (2.0 * values["Gc"] * (1.0 - values["eta"]))
+            if stiffness > STIFF * stress / length:
+                raise ValueError(f"sigma0 = {values['sigma0']:g}: a bond of the stiffness {stiffness:g}")
+        return super().curves(values)
+
+
+@dataclass(frozen=True, eq=False)
+class Rigid(Series):
+    """The same in the closed form of two rigid sides, from which a search begins.
+
+    shape: name of that of slope and softening, which the law has or has not.
+    """
+
+    shape: str = LAW
+    is_closed_form = True
+
+    def compliance(self, values: Mapping[str, float]) -> float:
+        """Slip over traction of the spring and of the joint before it slides, length/stress."""
+        if SHAPES[self.shape].rises:
+            return 1e-9 / values[KT]
+        if KS in values:
+            return 1.0 / values[KT] + 1.0 / values[KS]
+        return 1.0 / values[KT] + 2.0 * (1.0 - values["eta"]) * values["Gc"] / values["sigma0"] ** 2
+
+    def slid(self, values: Mapping[str, float], test: ShearTest, slips: Floats) -> tuple[Floats, Floats, int]:
+        """tau and s_N of the closed form."""
+        tau, s_N = rigid_curve(test, np.abs(slips), values, SHAPES[self.shape])
+        return sign_of(test) * tau, s_N, slips.size
+
+
+@dataclass(frozen=True, eq=False)
+class Started(Rigid):
+    """Rigid sides behind a spring, where slip and dilation of each test start at the values that fit best.
+
+    Both are found for each test anew, whatever the constants are, so that they are no further constants.
+    """
+
+    def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
+        """tau, s_N and the number of rows of each test, from its best starts on."""
+        return [self._started(i, values) for i in range(len(self.tests))]
+
+    @cached_property
+    def scales(self) -> list[tuple[float, float]]:
+        """Range of tau and of s_N of each test, as of the residuals."""
+        rows = self.rows.groupby(["test", "name"]).scale.first()
+        return [(rows[i, "tau"], rows.get((i, "dilation"), 1.0)) for i in range(len(self.tests))]
+
+    def _started(self, number: int, values: Mapping[str, float]) -> tuple[Floats, Floats, int]:
+        """tau, s_N and the number of rows of a test."""
+        test = self.tests[number]
+        slips, (of_tau, of_s_N) = self.paths[number][0], self.scales[number]
+        farthest = FARTHEST * float(np.ptp(slips))
+        outside, tau, s_N, _ = self.outside(values, test, slips[-1] + farthest)
+
+        def at(starts: Floats) -> tuple[Floats, Floats, Floats]:
+            """Sum of squares, strength and opening, a row for each start of the slip."""
+            slips_of_test = slips - starts[:, None]
+            strength, opening = np.interp(slips_of_test, outside, tau), np.interp(slips_of_test, outside, s_N)
+            squares = np.sum(((strength[:, 1:] - test.tau) / of_tau) ** 2, axis=1)
+            if test.s_N is not None:
+                opening = opening + np.mean(test.s_N - opening[:, 1:], axis=1)[:, None]
+                squares += np.sum(((opening[:, 1:] - test.s_N) * self.weight / of_s_N) ** 2, axis=1)
+            return squares, strength, opening
+
+        middle, reach = 0.0, farthest
+        for _ in range(ROUNDS):
+            starts = np.clip(middle + reach * np.linspace(-1.0, 1.0, CANDIDATES), -farthest, farthest)
+            squares = at(starts)[0]
+            best = int(np.clip(np.argmin(squares), 1, CANDIDATES - 2))
+            middle, reach = float(starts[best]), float(starts[best + 1] - starts[best])
+        # the least value of the parabola through the last three
+        below, here, above = squares[best - 1 : best + 2]
+        bend = below - 2.0 * here + above
+        part = float(np.clip(0.5 * (below - above) / bend, -1.0, 1.0)) if bend > 0.0 else 0.0
+        _, strength, opening = at(np.array([middle + part * reach]))
+        return strength[0], opening[0], slips.size
+
+
+@cache
+def places(increments: int) -> Floats:
+    """Slips over the largest one at which a joint is followed, closer to each other at the start."""
+    early = np.geomspace(1e-4, 0.1, 25)
+    return np.unique(np.concatenate([[0.0], early, np.linspace(0.0, 1.0, increments + 1)]))
+
+
+def sign_of(test: ShearTest) -> float:
+    """Sign of the slip of a test."""
+    return float(np.sign(test.slip[np.argmax(np.abs(test.slip))]))
+
+
+@dataclass(frozen=True)
+class Model:
+    """Free constants, planes of the pattern, and constants that are not those of the usual model.
+
+    shape: name of that of slope and softening; but for that of the law in closed form, without cycles.
+    exact: whether the closed form of the law is not near enough to it.
+    """
+
+    free: tuple[str, ...]
+    sides: int = 2
+    fixed: Mapping[str, float] = field(default_factory=dict)
+    name: str = ""
+    shape: str = LAW
+    exact: bool = False
+
+    @property
+    def bond(self) -> bool:
+        """Whether the joint has a bond."""
+        return "sigma0" in {*self.free, *self.fixed}
+
+    @property
+    def series(self) -> bool:
+        """Whether the joint is rigid with a spring in series."""
+        return KT in {*self.free, *self.fixed}
+
+    def problem(
+        self, tests: Sequence[ShearTest], weight: float = 1.0, direction: float = 0.0, law: bool = False
+    ) -> Problem:
+        """Problem of these tests; what is not free is rigid, or is not there.
+
+        A rigid joint without reversals has a closed form in place of the law, but for law and exact.
+        """
+        rest = {"theta": 0.0, "flat": 0.0, "height": 0.0, "crush": 0.0, "W0": 0.0, "closure": 0.0}
+        rest |= {"damage0": 0.0, "sigma02": 0.0, "Gc2": 0.0} if self.bond else {}
+        rest |= {"kc": 1.0 if self.bond and self.series else STIFF_CONTACT}
+        if self.bond:
+            rest["eta"] = BRITTLE if self.series else 0.9
+        elif self.series:
+            stress = max(float(np.abs(test.tau).max()) for test in tests)
+            rest[KS] = (SOFT_CYCLES if cycles(tests) else STIFF) * stress
+            rest[KS] /= max(float(np.abs(test.slip).max()) for test in tests)
+        values = {name: value for name, value in (rest | dict(self.fixed)).items() if name not in self.free}
+        sloped = {"theta"} & {*self.free} or self.fixed.get("theta")
+        sides = self.sides if sloped else 0
+        rigid = not (law or self.exact) and self.series and not cycles(tests)
+        if self.shape or (rigid and has_closed_form(self.free, values, sides, direction)):
+            return Rigid(list(tests), self.free, values, sides, direction, weight=weight, shape=self.shape)
+        if cycles(tests):
+            kind: type[Problem] = CyclicSeries if self.series else Cyclic
+        else:
+            kind = Series if self.series else Problem
+        return kind(list(tests), self.free, values, sides, direction, weight=weight)
+
+    def without(self, name: str, **fixed: float) -> Model:
+        """The model without a free constant, with others fixed."""
+        free = tuple(constant for constant in self.free if constant != name)
+        return replace(self, free=free, fixed=dict(self.fixed) | fixed)
+
+    def instead(self, old: str, new: str, **fixed: float) -> Model:
+        """The model with one free constant in place of another."""
+        free = tuple(new if constant == old else constant for constant in self.free)
+        return replace(self, free=free, fixed=dict(self.fixed) | fixed)

@@ -23,10 +23,9 @@ from .closure_test import ClosureTest
 from .closures import closure_of
 from .columns import NONE
 from .command import NO_RESULT, add_reading, read
-from .model import KT, PRELOAD, Problem
+from .model import KT, PRELOAD, CyclicSeries, Problem, Series
 from .picture import curves_figure
 from .report import COLUMNS, compared_rows, covered, file_of, heading
-from .series import CyclicSeries, Series
 from .shear_test import ShearTest, cycles, of_kind
 from .strength import Strength
 from .thresholds import FLOOR, NORMAL

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from .intervals import Assumption, Intervals, spreads
-from .ladder import Model, criteria
-from .model import KS, KT, SPRINGS, rows_of, to_scale
-from .rigid import CONTRACTING, SHAPES, SLOPES, SOFTENINGS, WITHOUT
-from .series import Started
+from .model import SPRINGS, rows_of, to_scale
+from .rigid import SHAPES
+from .search import Solution, criteria, ends, refitted, rigid_form, slopes_of, with_shape, with_starts
 from .shear_test import ShearTest, cycles, first_slope, first_stroke
-from .squares import Solution, guesses, refitted, solve
 from .thresholds import GAIN, SEARCHED
 
 STARTS, SHAPE_OF_LAW, AT_ONCE = "gauge offsets", "shape of the law", "friction at once behind a spring"
@@ -22,115 +19,6 @@ UNCRUSHED, ENDED_HERE = "the slope that the tests show", "a dilation that ends w
 form, whose friction does not wait for the damage, of a slope that the pressure does not crush, and of a
 height that the rows reach.
 """
-
-
-def rigid_form(chosen: Solution, tests: Sequence[ShearTest], left_out: Sequence[str] = ()) -> Solution | None:
-    """The same model with rigid sides behind a spring, which has a closed form; None without one.
-
-    left_out: constants that the tests do not need, as wear in a first stroke.
-    """
-    if chosen.problem.is_closed_form:
-        return chosen
-    free = tuple(name for name in chosen.model.free if name not in left_out)
-    model = replace(chosen.model, free=free)
-    if KS in model.free:
-        model = model.instead(KS, KT)
-    elif KS in model.fixed and not model.series:
-        fixed = {name: value for name, value in model.fixed.items() if name not in (KS, "kc")}
-        model = replace(model, fixed=fixed | {KT: 0.5 * chosen.values[KS]})
-    problem = model.problem(tests, chosen.problem.weight, chosen.problem.direction)
-    return refitted(chosen, tests, model, tolerance=SEARCHED) if problem.is_closed_form else None
-
-
-def with_shape(form: Solution, shape: str) -> Solution:
-    """Fit of a closed form with another shape."""
-    model = replace(form.model, shape=shape)
-    return refitted(form, form.problem.tests, model, tolerance=SEARCHED) if shape else form
-
-
-def with_starts(form: Solution) -> Solution:
-    """Fit of a closed form from the starts of the gauges that fit best."""
-    problem, shape = form.problem, form.model.shape
-    rest = (problem.free, problem.fixed, problem.sides, problem.direction, problem.increments)
-    other = Started(problem.tests, *rest, problem.weight, shape)
-    return Solution(form.model, other, *solve(other, form.x, SEARCHED))
-
-
-def in_place_of_bond(solutions: Sequence[Solution], index: int, bic: Sequence[float]) -> int:
-    """Place of the joint without bond whose asperities, of another shape, explain tests better than a bond.
-
-    A profile that the law does not have must not make a bond.
-    """
-    chosen = solutions[index]
-    sloped = [
-        i
-        for i, solution in enumerate(solutions)
-        if not solution.model.bond and {"theta", "height"} <= {*solution.model.free}
-    ]
-    if not (chosen.model.bond and sloped and not cycles(chosen.problem.tests)):
-        return index
-    rock = min(sloped, key=lambda i: bic[i])
-    form = rigid_form(solutions[rock], chosen.problem.tests)
-    if form is None:
-        return index
-    others = [with_shape(form, name) for name in slopes_of(chosen.problem.tests)]
-    # a dilation that the bond does not meet is no reason for a joint that meets the strength less well
-    as_strong = [other.mean_squares["tau"] < chosen.mean_squares["tau"] for other in others]
-    own, *values = criteria([chosen, *others])
-    better = (value < own - GAIN for value, strong in zip(values, as_strong, strict=True) if strong)
-    return rock if any(better) else index
-
-
-def shaped(
-    chosen: Solution, tests: Sequence[ShearTest], known: Mapping[str, float], of_user: bool = False
-) -> list[Solution]:
-    """Closed form of the law, and with the shapes that it does not have, of tests without reversals.
-
-    known: values of the user, which stay.  of_user: the model is that of the user, which has no other shape.
-    Empty where there is no such form.
-    """
-    free, bond = {*chosen.model.free}, chosen.model.bond
-    if cycles(tests) or not (bond or free & {"theta", "height"}):
-        return []
-    form = at_once(chosen, tests, known) if bond else rigid_form(chosen, tests)
-    names = slopes_of(tests) if not bond and ends(chosen.model) else ()
-    if bond:
-        apart = [name for name in SHAPES if name.startswith(WITHOUT) and "theta" in free]
-        names = (*SOFTENINGS, *apart)
-    return [form, *(with_shape(form, name) for name in names if not of_user)] if form else []
-
-
-def ends(model: Model) -> bool:
-    """Whether the slope of a model ends, at a height that is fitted or known."""
-    return "height" in model.free or model.fixed.get("height", 0.0) > 0.0
-
-
-def slopes_of(tests: Sequence[ShearTest]) -> tuple[str, ...]:
-    """Slopes that tests may show; strengths alone show no contraction."""
-    opens = any(test.s_N is not None for test in tests)
-    return SLOPES if opens else tuple(name for name in SLOPES if name != CONTRACTING)
-
-
-def at_once(chosen: Solution, tests: Sequence[ShearTest], known: Mapping[str, float]) -> Solution | None:
-    """Closed form of a bond, beside which friction acts at once, with a spring in series; None without one.
-
-    Where few rows rise to the peak, they show neither the spring nor the damage for which friction waits.
-    """
-    model, values = chosen.model, chosen.values
-    if chosen.problem.is_closed_form and (KT in model.free or KT in known):
-        return chosen
-    free = tuple(name for name in model.free if name not in ("eta", KT))
-    fixed = {name: value for name, value in model.fixed.items() if name not in ("eta", KT) or name in known}
-    if KT not in known:
-        free = (KT, *free)
-    # an eta below 1 that is known has no closed form
-    rigid = Model(free, model.sides, fixed)
-    problem = rigid.problem(tests, chosen.problem.weight, chosen.problem.direction)
-    if KT not in model.free:
-        values = values | {KT: guesses(tests)[KT]}
-    if not problem.is_closed_form:
-        return None
-    return Solution(rigid, problem, *solve(problem, problem.x(values), SEARCHED))
 
 
 def assumed(

@@ -11,8 +11,8 @@ from ...contract import Floats
 from ...interface import Interface
 from .intervals import Assumption, Estimate, Intervals
 from .model import KT
+from .search import Solution
 from .shear_test import ShearTest
-from .squares import Solution
 from .verdict import Comparison, compared
 
 

@@ -12,7 +12,7 @@ from ...contract import Floats
 from .intervals import Estimate, quantiles
 from .model import AUTO, MORTAR, ROCK, check_known, from_scale, plausible, to_scale
 from .rigid import crushed
-from .squares import least
+from .search import least
 from .strength import Strength
 from .thresholds import (
     FACTOR,

@@ -9,11 +9,10 @@ import numpy as np
 
 from ...contract import Floats
 from .intervals import Estimate
-from .ladder import independent
 from .model import SPRINGS, Problem
 from .rigid import LAW
+from .search import Solution, independent, refitted
 from .shear_test import ShearTest, cycles, first_slope, first_stroke, last_slope, noises, numbers, pressures
-from .squares import Solution, refitted
 from .thresholds import (
     BY_NOISE,
     ENDED,

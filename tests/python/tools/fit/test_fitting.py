@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from asperity.case_files import drive, read_case
 from asperity.tools.fit import Fit, ShearTest, fit
-from asperity.tools.fit.ladder import Model
+from asperity.tools.fit.model import Model
 from asperity.tools.fit.report import case_of
 from asperity.tools.fit.strength import Strength
 from asperity.tools.fit.strengths import fit_strengths, law_peak

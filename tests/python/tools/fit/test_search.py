@@ -10,11 +10,11 @@ import pytest
 from asperity import Interface, Material, Pattern, contract
 from asperity.case_files import drive
 from asperity.tools.fit import ShearTest, fit
-from asperity.tools.fit.ladder import Model
+from asperity.tools.fit.model import Model
 from asperity.tools.fit.outputs import interface_of
 from asperity.tools.fit.predict import predict
 from asperity.tools.fit.report import case_of
-from asperity.tools.fit.squares import Solution, by_law, residuals, searched
+from asperity.tools.fit.search import Solution, by_law, residuals, searched
 
 from harness.studies import fit_times, fits, other_laws, other_strengths
 from harness.studies.validation import push_off
