@@ -81,13 +81,12 @@ WITHOUT_FILE = {
         "tools.explore.command tools.explore.model"
     ),
     "tools/fit/test_fitting.py: the fit of curves as a whole, from the ladder of models to the verdict": (
-        "result thresholds verdict"
+        "thresholds verdict"
     ),
     "tools/fit/test_closures.py: closure tests and what is said of them": "closure_report closure_test",
     "tools/fit/test_outputs.py: what a fit writes, and its predictions": (
         "tools.fit.command html tools.fit.picture predict report written"
     ),
-    "tools/fit/test_rigid.py: shapes that the law has not": "profiles",
     "tools/fit/test_strengths.py: tables of strengths": "strength strength_report",
     "tools/selection/test_search.py: selected patterns, the command": "tools.selection.command",
     "tools/uncertainty/test_spread.py: drawn constants, the command, its pictures": (

@@ -2,5 +2,5 @@
 
 from .fitting import fit as fit
 from .records import read_tests as read_tests
-from .result import Fit as Fit
 from .shear_test import ShearTest as ShearTest
+from .verdict import Fit as Fit

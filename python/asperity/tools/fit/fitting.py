@@ -11,11 +11,19 @@ import numpy as np
 from ... import contract
 from ...pattern import Pattern
 from ..tables import warn_if
-from .bonds import guessed, is_near_bond, unseen_bond
-from .intervals import Assumption, Estimate, Intervals, spreads
+from .intervals import (
+    AT_ONCE,
+    Assumption,
+    Estimate,
+    Intervals,
+    assumed,
+    guessed,
+    is_near_bond,
+    spreads,
+    unseen,
+    unseen_bond,
+)
 from .model import AUTO, CRUSHING, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS, Model, check_known
-from .profiles import AT_ONCE, assumed, unseen
-from .result import Fit
 from .rigid import LAW, SHAPES, SLOPES, WITHOUT
 from .search import (
     Solution,
@@ -38,6 +46,7 @@ from .thresholds import GAIN, GOOD, NEAR, NO_WIDTH, STIFF, WEIGHTS
 from .verdict import (
     Comparison,
     Errors,
+    Fit,
     blind,
     compared,
     coverage,

@@ -1,18 +1,52 @@
-"""Intervals that count the misfit of the law: residuals in groups that are independent of one another."""
+"""What tests do not exclude: intervals by groups of residuals, other assumptions, joints without a bond."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...contract import Floats
-from .model import PLAUSIBLE, SPRINGS, from_scale, plausible, to_scale
-from .search import Solution
-from .thresholds import CONFIDENCE, KNOWN_TESTS, NORMAL, PARTS, RIDGE, SCATTER, SCATTER_OF_OTHERS
+from .model import PLAUSIBLE, SPRINGS, Problem, from_scale, plausible, rows_of, to_scale
+from .rigid import SHAPES
+from .search import (
+    Solution,
+    criteria,
+    ends,
+    independent,
+    refitted,
+    residuals,
+    rigid_form,
+    slopes_of,
+    solve,
+    with_shape,
+    with_starts,
+)
+from .shear_test import ShearTest, cycles, first_slope, first_stroke
+from .thresholds import (
+    CONFIDENCE,
+    GAIN,
+    GOOD,
+    KNOWN_TESTS,
+    NORMAL,
+    PARTS,
+    RIDGE,
+    ROOT,
+    SCATTER,
+    SCATTER_OF_OTHERS,
+    SEARCHED,
+)
+
+STARTS, SHAPE_OF_LAW, AT_ONCE = "gauge offsets", "shape of the law", "friction at once behind a spring"
+UNCRUSHED, ENDED_HERE = "the slope that the tests show", "a dilation that ends with the rows"
+"""Names of starts of slip and dilation that fit best, of the law beside another shape, of a bond in closed
+form, whose friction does not wait for the damage, of a slope that the pressure does not crush, and of a
+height that the rows reach.
+"""
 
 
 class Estimate(NamedTuple):
@@ -242,3 +276,205 @@ class Intervals:
         scaled: Floats = matrix * np.outer(factors, factors)
         np.fill_diagonal(scaled, np.square(halves))
         return scaled
+
+
+def assumed(
+    chosen: Solution, law: Solution, tests: Sequence[ShearTest], forms: Sequence[Solution]
+) -> Iterator[Assumption]:
+    """Constants by other shapes than that of the choice, and by other starts of slip and dilation.
+
+    A first slope is that of a profile, and the tests may not show which one it is.  Nor do they show where a
+    gauge was set to zero, which moves the slope along the profile.  Of cycles the first strokes are compared.
+    law: fit of the law.  forms: those of `shaped`.
+    """
+    own, alone, bond = chosen, not cycles(tests), chosen.model.bond
+    if not (alone or bond) and "theta" in chosen.model.free:
+        strokes = [rows_of(test, first_stroke(test)) for test in tests]
+        first = rigid_form(law, strokes, ("W0",))
+        names = slopes_of(tests) if first and ends(first.model) else ()
+        forms = [first, *(with_shape(first, name) for name in names)] if first else []
+        own = forms[0] if forms else chosen
+    if not forms:
+        return
+    form, made = forms[0], []
+    if alone:
+        differs = law.problem.is_closed_form or "mu" in law.model.free or law.values.get("mu", 0.0) > 0.0
+        made = [(form, AT_ONCE)] if bond and form is not law and differs else []
+        made += [] if bond else [(with_starts(form), STARTS)]
+    for solution in forms[1:]:
+        name = solution.model.shape
+        made += [(solution, name)] if solution is not chosen else [(law, SHAPE_OF_LAW)]
+        made += [(with_starts(solution), f"{name}, {STARTS}")] if alone and not bond else []
+    # crush belongs to the profile, too, and a spring goes with the start of the slip
+    parts = tuple(part for part in chosen.model.free if part not in ("crush", "W0", *SPRINGS))
+    values = criteria([own, *(solution for solution, _ in made)])
+    apart: dict[str, Mapping[str, float]] = {}
+    for (solution, name), value in zip(made, values[1:], strict=True):
+        # a shape that explains the tests better than the law excludes others, too
+        allowed, shape = value < min(values) + GAIN, solution.model.shape
+        # the closed form of a bond moves the constants, and has their width
+        halves = halves_of(solution) if allowed and name != AT_ONCE else {}
+        if allowed and shape:
+            if shape not in apart:
+                whole = next(other for other in forms if other.model.shape == shape)
+                apart[shape] = halves_of(whole, left_out(whole))
+            halves = {part: max(half, apart[shape].get(part, 0.0)) for part, half in halves.items()}
+        shown = tuple(part for part in parts if part in solution.model.free)
+        yield Assumption(name, value - values[0], solution.values, allowed, shown, halves, shape in apart)
+
+
+def unseen(chosen: Solution, tests: Sequence[ShearTest], intervals: Intervals) -> Iterator[Assumption]:
+    """The slope and the height that the rows show, where those of the fit are larger.
+
+    Both are extrapolations.  A slope without pressure, by crush: one that wears ends sooner under pressure,
+    too, and is no smaller at first.  And a height beyond the rows: their dilation may end with them.
+    intervals: those without these assumptions.
+    """
+    shown = float(np.degrees(np.arctan(max(map(first_slope, tests)))))
+    if {"theta", "crush"} <= {*chosen.model.free} and 0.0 < shown < chosen.values["theta"]:
+        yield Assumption(UNCRUSHED, 0.0, {"theta": shown}, True, ("theta",), {"theta": 0.0}, True)
+    if "height" in chosen.model.free and chosen.values["theta"] > 0.0:
+        values, slope = chosen.values, float(np.tan(np.radians(chosen.values["theta"])))
+        compliance = sum(1.0 / values[name] for name in SPRINGS if name in values)
+        way = max(float(np.max(np.abs(test.slip) - compliance * np.abs(test.tau))) for test in tests)
+        reached = SHAPES[chosen.model.shape].profile(np.array([max(0.0, way)]), slope, values["height"])[1]
+        if 0.0 < float(reached[0]) < intervals.of("height").low:
+            height = {"height": float(reached[0])}
+            yield Assumption(ENDED_HERE, 0.0, height, True, ("height",), {"height": 0.0}, True)
+
+
+def left_out(form: Solution) -> list[Solution]:
+    """Fits of a closed form without each of its tests."""
+    tests = list(form.problem.tests)
+    rest = [tests[:i] + tests[i + 1 :] for i in range(len(tests))] if len(tests) > 1 else []
+    return [refitted(form, some, tolerance=SEARCHED) for some in rest]
+
+
+def halves_of(solution: Solution, left_out: Sequence[Solution] = ()) -> dict[str, float]:
+    """Half widths of the intervals of a solution, on the scales of its constants.
+
+    left_out: fits without each of the tests.
+    """
+    intervals, halves = Intervals(solution, spreads(solution, left_out), []), {}
+    for name in solution.model.free:
+        low, high = (float(to_scale(name, end)) for end in intervals.of(name)[1:])
+        halves[name] = 0.5 * (high - low)
+    return halves
+
+
+def guessed(
+    chosen: Solution,
+    solutions: Sequence[Solution],
+    bic: Sequence[float],
+    measured: bool,
+) -> Iterator[str]:
+    """Reason why a bond is a guess: a joint without bond explains the tests as well.
+
+    measured: whether the tests have a dilation.  Without one the softening of asperities may be that of a
+    bond, and only its dependence on the pressure tells them apart.
+    """
+    rock, bond = _best(solutions, bic)
+    if rock < bond + GAIN or not (measured or _constant(chosen)):
+        what = "ladder of models" if measured else "strength alone"
+        help_ = "" if measured else "a measured dilation, "
+        yield (
+            f"the {what} does not tell a bond from asperities that end: --joint mortar or rock, {help_}"
+            "or pressures further apart"
+        )
+
+
+def is_near_bond(solutions: Sequence[Solution], bic: Sequence[float]) -> bool:
+    """Whether a joint with a bond explains the tests nearly as well as the best one without.
+
+    That is no reason against the latter: a bond needs a proof, and one that the tests hardly show leaves the
+    friction and the asperities as they are.
+    """
+    rock, bond = _best(solutions, bic)
+    return bond < rock + GAIN
+
+
+def _best(solutions: Sequence[Solution], bic: Sequence[float]) -> tuple[float, float]:
+    """Smallest criterion of the joints without and with a bond."""
+    rock, bond = (
+        min(
+            (value for solution, value in zip(solutions, bic, strict=True) if solution.model.bond == kind),
+            default=np.inf,
+        )
+        for kind in (False, True)
+    )
+    return rock, bond
+
+
+@dataclass(frozen=True, eq=False)
+class Scaled(Problem):
+    """Problem whose bond grows with the root of the pressure of the test, as asperities do; kind: of it."""
+
+    kind: type[Problem] = Problem
+
+    @cached_property
+    def each(self) -> list[tuple[float, Problem]]:
+        """Factor of the bond and problem of each test."""
+        pressed = np.array([max(abs(test.pressed), 1e-300) for test in self.tests])
+        factors = (pressed / np.exp(np.mean(np.log(pressed)))) ** ROOT
+        rest = (self.free, self.fixed, self.sides, self.direction, self.increments, self.weight)
+        return [
+            (float(factor), self.kind([test], *rest))
+            for factor, test in zip(factors, self.tests, strict=True)
+        ]
+
+    @cached_property
+    def paths(self) -> list[tuple[Floats, np.ndarray]]:
+        """Slips and rows of each test."""
+        return [problem.paths[0] for _, problem in self.each]
+
+    def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
+        """tau, s_N and the number of converged rows of each test."""
+        return [
+            problem.curves({**values, **{name: factor * values[name] for name in ("sigma0", "Gc")}})[0]
+            for factor, problem in self.each
+        ]
+
+
+def _scaled(problem: Problem) -> Scaled:
+    rest = (problem.sides, problem.direction, problem.increments, problem.weight)
+    return Scaled(problem.tests, problem.free, problem.fixed, *rest, kind=type(problem))
+
+
+def _constant(chosen: Solution) -> bool:
+    """Whether the tests exclude asperities with the softening of the bond and a strength that grows."""
+    if np.ptp([abs(test.pressed) for test in chosen.problem.tests]) == 0.0:
+        return False
+    scaled, ratio = _scaled(chosen.problem), np.inf
+    coarse, mean_square = _scaled(chosen.problem.coarse()), max(chosen.mean_squares["tau"], 1e-12)
+    for x in (chosen.x, solve(coarse, chosen.x, SEARCHED)[0]):
+        ratio = min(ratio, float(np.mean(residuals(scaled, x) ** 2)) / mean_square)
+    return independent(chosen)["tau"] * float(np.log(max(ratio, 1e-12))) >= GAIN
+
+
+def share_of_bond(solution: Solution) -> float:
+    """Largest part that the bond carries in a row, over the largest tau of its test.
+
+    It is the part which the same joint with a broken bond lacks.
+    """
+    problem, share = solution.problem, 0.0
+    broken = problem.curves(solution.values | {"damage0": 1.0})
+    for test, (_, rows), (tau, _, _), (rest, _, _) in zip(
+        problem.tests, problem.paths, problem.curves(solution.values), broken, strict=True
+    ):
+        share = max(share, float(np.abs(tau - rest)[rows].max() / np.abs(test.tau).max()))
+    return share
+
+
+def unseen_bond(chosen: Solution, auto: bool, of_user: Mapping[str, float]) -> tuple[str, str]:
+    """Reason and note, empty where there is none, of a bond that no row shows.
+
+    auto: whether the ladder chose it; of_user: values of the user, which are accepted.
+    """
+    share = share_of_bond(chosen)
+    if share >= GOOD:
+        return "", ""
+    text = f"the rows do not show the bond, which carries at most {share:.1%} of the largest traction"
+    if {"sigma0", "Gc"} <= {*of_user}:
+        return "", f"{text}: its constants are assumed"
+    help_ = "--joint rock" if auto else "--set sigma0= and Gc="
+    return f"{text}: {help_}, or rows at smaller slips", ""

@@ -10,9 +10,9 @@ from ...interface import Interface
 from .closure_report import closure_case, closure_figure, closure_report, closure_residuals
 from .closures import ClosureFit
 from .report import AnyFit, case_of, report, residuals_text
-from .result import Fit
 from .strength_report import strength_case, strength_interface, strength_report, strength_residuals
 from .strengths import StrengthFit
+from .verdict import Fit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -17,12 +17,11 @@ from .closures import ClosureFit
 from .columns import NONE
 from .intervals import Estimate
 from .model import KS, KT, MATERIAL, SCALES, UNITS
-from .result import Fit
 from .shear_test import ShearTest, cycles, first_stroke, of_kind
 from .strength import Strength
 from .strengths import StrengthFit
 from .thresholds import CONFIDENCE, FAIR, GOOD
-from .verdict import Comparison, coverage, short
+from .verdict import Comparison, Fit, coverage, short
 
 MOST_TURNS, MOST_TESTS, INCREMENTS = 20, 8, 100
 """Most reversals that a case repeats; most tests of which the report shows the numbers; increments."""
