@@ -84,8 +84,8 @@ WITHOUT_FILE = {
         "thresholds verdict"
     ),
     "tools/fit/test_closures.py: closure tests and what is said of them": "closure_report closure_test",
-    "tools/fit/test_outputs.py: what a fit writes, and its predictions": (
-        "tools.fit.command html tools.fit.picture predict report written"
+    "tools/fit/test_kinds.py: what a fit writes, and its predictions": (
+        "tools.fit.command html tools.fit.picture predict prediction report written"
     ),
     "tools/fit/test_strengths.py: tables of strengths": "strength strength_report",
     "tools/selection/test_search.py: selected patterns, the command": "tools.selection.command",

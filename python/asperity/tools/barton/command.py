@@ -103,8 +103,8 @@ def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> Result:
     from ..fit.columns import DEFAULT
     from ..fit.command import progress
     from ..fit.fitting import fit
+    from ..fit.kinds import draw as draw_fit
     from ..fit.model import ROCK
-    from ..fit.outputs import draw as draw_fit
     from ..fit.report import case_of, report
 
     test, free = curves(joint, sigma_n), tuple(name.strip() for name in options.free.split(","))

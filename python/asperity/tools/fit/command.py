@@ -22,8 +22,8 @@ from .closure_test import ClosureTest
 from .closures import fit_closures
 from .columns import DEFAULT, NONE
 from .fitting import fit
+from .kinds import case_text_of, draw, interface_of, report_of, residuals_of
 from .model import AUTO, MORTAR, ROCK, SCALES, SIDES
-from .outputs import case_text_of, draw, interface_of, report_of, residuals_of
 from .records import read_tests
 from .report import AnyFit, comment, file_of, intervals_text
 from .shear_test import ShearTest, of_kind

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ...case_writer import props_line
 from ...contract import props_table
-from .outputs import case_text_of, figure_of, interface_of, report_of
+from .kinds import case_text_of, figure_of, interface_of, report_of
 from .report import AnyFit, covered
 from .thresholds import CONFIDENCE
 

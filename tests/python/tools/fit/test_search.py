@@ -10,8 +10,8 @@ import pytest
 from asperity import Interface, Material, Pattern, contract
 from asperity.case_files import drive
 from asperity.tools.fit import ShearTest, fit
+from asperity.tools.fit.kinds import interface_of
 from asperity.tools.fit.model import Model
-from asperity.tools.fit.outputs import interface_of
 from asperity.tools.fit.predict import predict
 from asperity.tools.fit.report import case_of
 from asperity.tools.fit.search import Solution, by_law, residuals, searched
