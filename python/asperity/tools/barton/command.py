@@ -103,7 +103,7 @@ def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> Result:
     from ..fit.columns import DEFAULT
     from ..fit.command import progress
     from ..fit.fitting import fit
-    from ..fit.kinds import draw as draw_fit
+    from ..fit.kinds import kind_of
     from ..fit.model import ROCK
     from ..fit.report import case_of, report
 
@@ -115,7 +115,7 @@ def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> Result:
         result = fit([test], ROCK, fixed, free, sides, options.direction, tick)
     slips = np.append(0.0, test.slip)
     laws = Envelope(joint, result.interface, np.array([sigma_n]), slips, result.values)
-    picture = partial(draw_fit, result, DEFAULT, of_tests=f"Barton, JRC {joint.jrc:g}")
+    picture = partial(kind_of(result.tests).draw, result, DEFAULT, of_tests=f"Barton, JRC {joint.jrc:g}")
     return laws, f"{BY_NATURE}\n\n{report(result, DEFAULT)}", case_of(result), picture
 
 

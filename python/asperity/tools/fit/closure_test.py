@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -25,6 +26,7 @@ class ClosureTest:
     pressure: Floats
     closure: Floats
     units: dict[str, str] = field(default_factory=dict)
+    WHAT: ClassVar[str] = "closures"
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -70,9 +72,14 @@ class ClosureTest:
         )
 
     @property
-    def levels(self) -> tuple[float, float]:
-        """Smallest pressure, and that at the end of the first loading."""
-        return float(self.pressure.min()), float(self.pressure[self.loading[-1]])
+    def level(self) -> float:
+        """Pressure at the end of the first loading."""
+        return float(self.pressure[self.loading[-1]])
+
+    @property
+    def covers(self) -> tuple[float, float, float]:
+        """Smallest pressure, that at the end of the first loading, and no slip."""
+        return float(self.pressure.min()), self.level, 0.0
 
     @property
     def size(self) -> float:

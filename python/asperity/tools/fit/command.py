@@ -16,19 +16,16 @@ from ... import options as cli
 from ...case_writer import props_line
 from ...hosts import hosts
 from ...interface import Interface
-from ...model_checks import model_warnings, shown_warnings
+from ...model_checks import shown_warnings
 from ..tables import size
 from .closure_test import ClosureTest
-from .closures import fit_closures
 from .columns import DEFAULT, NONE
-from .fitting import fit
-from .kinds import case_text_of, draw, interface_of, report_of, residuals_of
+from .kinds import kind_of
 from .model import AUTO, MORTAR, ROCK, SCALES, SIDES
 from .records import read_tests
-from .report import AnyFit, comment, file_of, intervals_text
-from .shear_test import ShearTest, of_kind
+from .report import comment, file_of, intervals_text
+from .shear_test import ShearTest
 from .strength import Strength
-from .strengths import fit_strengths
 
 AnyTests: TypeAlias = list[ShearTest] | list[Strength] | list[ClosureTest]
 """Tests of one kind."""
@@ -184,43 +181,32 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     known = {name: value for name, (value,) in cli.numbers("--set", options.set, 1).items()}
     free = options.free and tuple(name.strip() for name in options.free.split(",") if name.strip())
     tests, units, warned = read(options)
-    result: AnyFit
-    of_model: list[str] = []
-    if isinstance(tests[0], ShearTest):
-        with shown_warnings() as of_fit, progress() as tick:
-            result = fit(tests, options.joint, known, free, options.sides, options.direction, tick)
-        joint, slip = result.interface, max(float(abs(t.slip).max()) for t in result.tests)
-        pressed = [test.pressed for test in result.tests]
-        of_model = list(model_warnings(joint.material, joint.pattern, *pressed, slip=slip))
-        warned = [*warned, *of_fit, *of_model]
-    else:
-        closes = isinstance(tests[0], ClosureTest)
-        only = [("--free", free is not None), ("--sides", options.sides != SIDES)]
-        only += [("--direction", options.direction != 0.0)]
-        if closes:
-            only += [("--set", bool(known)), ("--joint", options.joint != AUTO)]
-        wrong = next((name for name, given in only if given), "")
-        if wrong:
-            what = "closures" if closes else "strengths alone"
-            raise ValueError(f"{wrong}: expected curves of the slip, not {what}")
-        if closes:
-            result = fit_closures(of_kind(tests, ClosureTest))
-        else:
-            result = fit_strengths(of_kind(tests, Strength), options.joint, known)
-    text, case = report_of(result, units, options.verbose), case_text_of(result)
-    interface = interface_of(result)
-    lines = [text, *(f"warning     {warning}" for warning in of_model)]
+    kind = kind_of(tests)
+    given = {
+        "--free": free is not None,
+        "--sides": options.sides != SIDES,
+        "--direction": options.direction != 0.0,
+        "--set": bool(known),
+        "--joint": options.joint != AUTO,
+    }
+    wrong = next((name for name in kind.refuses if given[name]), "")
+    if wrong:
+        raise ValueError(f"{wrong}: expected {ShearTest.WHAT}, not {tests[0].WHAT}")
+    with shown_warnings() as of_fit, progress() as tick:
+        result = kind.fit(tests, options.joint, known, free, options.sides, options.direction, tick)
+    doubts = list(kind.doubts(result))
+    interface = kind.interface(result)
+    lines = [kind.report(result, units, options.verbose), *(f"warning     {text}" for text in doubts)]
     print(*lines, "", props_line(interface.props()), sep="\n")
-    write(
-        options, interface, partial(draw, result, units), case, comment(result), intervals_text(result, units)
-    )
+    of_result = comment(result), intervals_text(result, units)
+    write(options, interface, partial(kind.draw, result, units), kind.case(result), *of_result)
     if options.residuals is not None:
-        cli.replace_file(options.residuals, residuals_of(result))
+        cli.replace_file(options.residuals, kind.residuals(result))
         print(options.residuals)
     if options.report is not None:
         from .html import page
 
         words = shlex.join(["asperity", *sys.argv[1:]])
-        cli.replace_file(options.report, page(result, units, words, warned))
+        cli.replace_file(options.report, page(result, units, words, [*warned, *of_fit, *doubts]))
         print(options.report)
     return 0 if result.is_result else NO_RESULT

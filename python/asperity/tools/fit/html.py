@@ -11,9 +11,10 @@ from pathlib import Path
 
 from ...case_writer import props_line
 from ...contract import props_table
-from .kinds import case_text_of, figure_of, interface_of, report_of
-from .report import AnyFit, covered
+from .kinds import kind_of
+from .report import AnyFit
 from .thresholds import CONFIDENCE
+from .verdict import coverage
 
 START = "<!-- asperity fit -->"
 """Start of the file."""
@@ -45,6 +46,7 @@ pressures and slips of the tests.</p>
 
 def page(fit: AnyFit, units: tuple[str, str], command: str, warned: Sequence[str] = ()) -> str:
     """Text of the page; warned: what was doubted in the files of the tests."""
+    kind = kind_of(fit.tests)
     verdict = f"The constants must not be used: {'; '.join(fit.reasons)}"
     if fit.is_result:
         verdict = f"The constants may be used for {_range(fit, units)}"
@@ -56,10 +58,10 @@ def page(fit: AnyFit, units: tuple[str, str], command: str, warned: Sequence[str
         f"<p><span class='grade {fit.grade}'>{fit.grade}</span> {escape(verdict)}.</p>",
         *(f"<p>Warning about the tests: {escape(text)}.</p>" for text in warned),
         _image(fit, units),
-        f"<h2>Report</h2><pre>{escape(report_of(fit, units, verbose=True))}</pre>{MEANING}<ul>",
+        f"<h2>Report</h2><pre>{escape(kind.report(fit, units, True))}</pre>{MEANING}<ul>",
         *(f"<li>{name}: {escape(MEANINGS[name])}</li>" for name in fit.estimates),
-        f"</ul><h2>Case</h2><p>Units: {units[0]}, {units[1]}.</p><pre>{escape(case_text_of(fit))}</pre>",
-        f"<pre>{escape(props_line(interface_of(fit).props()))}</pre>",
+        f"</ul><h2>Case</h2><p>Units: {units[0]}, {units[1]}.</p><pre>{escape(kind.case(fit))}</pre>",
+        f"<pre>{escape(props_line(kind.interface(fit).props()))}</pre>",
         f"<h2>How this was made</h2><pre>{escape(command)}</pre>",
         f"<p>asperity {version('asperity')}, {date.today().isoformat()}. Tests:</p><ul>",
         *(f"<li>{escape(name)}</li>" for name in _files(fit)),
@@ -79,13 +81,13 @@ def _image(fit: AnyFit, units: tuple[str, str]) -> str:
     from ..style import encoded, printed
 
     with printed():
-        data = base64.b64encode(encoded(figure_of(fit, units), ".png")).decode()
+        data = base64.b64encode(encoded(kind_of(fit.tests).figure(fit, units, ""), ".png")).decode()
     return f"<img alt='measured and fitted curves' src='data:image/png;base64,{data}'>"
 
 
 def _range(fit: AnyFit, units: tuple[str, str]) -> str:
     """Pressures, and slips of curves, that the tests cover."""
-    low, high, slip = covered(fit.tests)
+    low, high, slip = coverage(fit.tests)
     ends = [f"{pressure:.4g}" for pressure in (low, high)]
     text = f"pressures of {ends[0]} to {ends[1]}" if ends[0] != ends[1] else f"a pressure of {ends[0]}"
     return f"{text} {units[1]}" + (f" and slips up to {slip:.3g} {units[0]}" if slip else "")

@@ -5,35 +5,26 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ... import options as cli
 from ...case_files import Run, read_case
-from ...contract import Floats
 from ...interface import Interface
 from ...model_checks import shown_warnings
 from ..tables import size
-from .closure_test import ClosureTest
 from .columns import NONE
 from .command import NO_RESULT, add_reading, read
-from .model import KT
-from .picture import curves_figure
-from .prediction import CyclesOfCase, OfCase, Prediction, SeriesOfCase, _closures, _intervals, _rms, _strength
-from .report import COLUMNS, compared_rows, covered, file_of, heading
-from .shear_test import ShearTest, cycles, of_kind
-from .strength import Strength
-from .verdict import Comparison, compared, short
+from .kinds import kind_of
+from .prediction import Prediction
+from .report import COLUMNS, compared_rows, file_of, heading
+from .verdict import AnyTest, coverage, short
 from .written import Written, other_constant, written_beside
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 def predict(
     joint: Interface,
-    tests: Sequence[ShearTest] | Sequence[Strength] | Sequence[ClosureTest],
+    tests: Sequence[AnyTest],
     spring: float = 0.0,
     direction: float = 0.0,
     slip: float = 0.0,
@@ -47,36 +38,7 @@ def predict(
     """
     if not tests:
         raise ValueError("no test: expected one or more")
-    if isinstance(tests[0], ClosureTest):
-        return _closures(joint, of_kind(tests, ClosureTest))
-    if isinstance(tests[0], Strength):
-        of_tests = of_kind(tests, Strength)
-
-        def numbers(props: Floats) -> list[Comparison]:
-            return [_strength(props, test, direction, slip) for test in of_tests]
-
-        rows = numbers(joint.props())
-        return Prediction(tests, rows, _rms(rows, {}), [], _intervals(rows, numbers, joint, fit))
-    curved = of_kind(tests, ShearTest)
-    kind = OfCase if not spring else CyclesOfCase if cycles(curved) else SeriesOfCase
-
-    def problem_of(props: Floats) -> OfCase:
-        return kind(curved, (), {}, direction=direction, of_case=props)
-
-    problem, values = problem_of(joint.props()), {KT: spring}
-    curves = problem.curves(values)
-    curves_of_tests, squares = [], dict[str, list[float]](tau=[], dilation=[])
-    for test, (slips, rows_), (tau, s_N, done) in zip(problem.tests, problem.paths, curves, strict=True):
-        reached = rows_[-1] < done
-        if not reached:
-            raise ValueError(f"{test.name}: the joint has no equilibrium up to the slip of the test")
-        curves_of_tests.append((slips, rows_, tau, s_N))
-        squares["tau"].append(float(np.mean(((tau[rows_] - test.tau) / np.ptp(test.tau)) ** 2)))
-        if test.s_N is not None and np.ptp(test.s_N) > 0.0:
-            squares["dilation"].append(float(np.mean(((s_N[rows_] - test.s_N) / np.ptp(test.s_N)) ** 2)))
-    comparisons = compared(problem, values)
-    intervals = _intervals(comparisons, lambda props: compared(problem_of(props), values), joint, fit)
-    return Prediction(tests, comparisons, _rms(comparisons, squares), curves_of_tests, intervals)
+    return kind_of(tests).predict(joint, tests, spring, direction, slip, fit)
 
 
 def spring_of(run: Run) -> tuple[float, float, float]:
@@ -94,43 +56,6 @@ def spring_of(run: Run) -> tuple[float, float, float]:
             slip = max(slip, float(np.abs(step.slip).max()))
             direction = direction if step.direction is None else float(step.direction)
     return spring, direction, slip
-
-
-def figure_of(prediction: Prediction, units: tuple[str, str]) -> Figure:
-    """Points of the tests and curves of the joint, or predicted over measured strengths."""
-    from ..style import COLOURS, ONE, label_axes, new_figure
-
-    length, stress = units
-    closures = [test for test in prediction.tests if isinstance(test, ClosureTest)]
-    if closures:
-        figure, (ax,) = new_figure(ONE, 3.4, ncols=1)
-        for i, (pressed, (pressure, rows, law, _)) in enumerate(
-            zip(closures, prediction.curves, strict=True)
-        ):
-            colour, label = COLOURS[i % len(COLOURS)], ("measured", "predicted") if i == 0 else ("", "")
-            ax.plot(pressed.closure, pressure, "o", color=colour, markersize=3.0, label=label[0])
-            ax.plot(law[rows], pressure[rows], color=colour, label=label[1])
-        ax.locator_params(axis="x", nbins=6)
-        label_axes(ax, f"closure since the first row [{length}]", f"pressure [{stress}]")
-        ax.legend()
-        return figure
-    if not prediction.curves:
-        figure, (ax,) = new_figure(ONE, 3.2, ncols=1)
-        for name, mark in (("peak", "o"), ("residual", "s")):
-            pairs = [
-                (row.measured[name], row.predicted[name])
-                for row in prediction.compared
-                if name in row.measured
-            ]
-            if pairs:
-                ax.plot(*np.transpose(pairs), mark, label=name)
-        top = max(max(row.measured["peak"], row.predicted["peak"]) for row in prediction.compared)
-        ax.plot([0.0, top], [0.0, top], color="0.6", linewidth=0.8, zorder=0)
-        label_axes(ax, f"measured strength [{stress}]", f"predicted strength [{stress}]")
-        ax.legend()
-        return figure
-    curves = [(slips, tau, s_N) for slips, _, tau, s_N in prediction.curves]
-    return curves_figure(of_kind(prediction.tests, ShearTest), curves, units, "predicted")
 
 
 def report_of(prediction: Prediction, units: tuple[str, str] = NONE) -> str:
@@ -197,11 +122,11 @@ def _run(options: argparse.Namespace) -> int:
         prediction = predict(run.interface, tests, spring, direction, slip, of_case)
     print(report_of(prediction, units))
     if fit is not None:
-        print(*fit.remarks(run, covered(tests)), sep="\n")
+        print(*fit.remarks(run, coverage(tests)), sep="\n")
     if options.plot is not None:
         from ..style import printed, save
 
         with printed():
-            save(figure_of(prediction, units), options.plot)
+            save(kind_of(tests).predicted(prediction, tests, units), options.plot)
         print(options.plot)
     return NO_RESULT if prediction.grade == "poor" else 0

@@ -15,15 +15,16 @@ from ...pattern import direction_vector
 from ...steps import slip_path
 from .closure_test import ClosureTest
 from .closures import closure_of
-from .model import PRELOAD, CyclicSeries, Problem, Series
-from .shear_test import ShearTest
+from .model import KT, PRELOAD, CyclicSeries, Problem, Series
+from .picture import curves_figure
+from .shear_test import ShearTest, cycles
 from .strength import Strength
 from .thresholds import FLOOR, NORMAL
-from .verdict import Comparison, grade_of
+from .verdict import AnyTest, Comparison, compared, grade_of
 from .written import Written
 
 if TYPE_CHECKING:
-    pass
+    from matplotlib.figure import Figure
 
 POINTS, STEP = 400, 0.1
 """Slips of a curve from which a peak is read; step of differences, in standard deviations of a constant."""
@@ -57,7 +58,7 @@ class Prediction:
     of the numbers of each test by name, none without the file of a fit.
     """
 
-    tests: Sequence[ShearTest] | Sequence[Strength] | Sequence[ClosureTest]
+    tests: Sequence[AnyTest]
     compared: list[Comparison]
     rms: dict[str, float]
     curves: list[tuple[Floats, np.ndarray, Floats, Floats]]
@@ -77,6 +78,53 @@ class Prediction:
     def grade(self) -> str:
         """Grade of the largest root mean square, without the unloading of closure tests."""
         return grade_of(max(value for name, value in self.rms.items() if name != "unloading"))
+
+
+def predicted_curves(
+    joint: Interface,
+    tests: Sequence[ShearTest],
+    spring: float,
+    direction: float,
+    slip: float,
+    fit: Written | None,
+) -> Prediction:
+    """Curves of a joint, as in `predict`; the slips are those of the tests."""
+    kind = OfCase if not spring else CyclesOfCase if cycles(tests) else SeriesOfCase
+
+    def problem_of(props: Floats) -> OfCase:
+        return kind(tests, (), {}, direction=direction, of_case=props)
+
+    problem, values = problem_of(joint.props()), {KT: spring}
+    curves = problem.curves(values)
+    curves_of_tests, squares = [], dict[str, list[float]](tau=[], dilation=[])
+    for test, (slips, rows_), (tau, s_N, done) in zip(problem.tests, problem.paths, curves, strict=True):
+        reached = rows_[-1] < done
+        if not reached:
+            raise ValueError(f"{test.name}: the joint has no equilibrium up to the slip of the test")
+        curves_of_tests.append((slips, rows_, tau, s_N))
+        squares["tau"].append(float(np.mean(((tau[rows_] - test.tau) / np.ptp(test.tau)) ** 2)))
+        if test.s_N is not None and np.ptp(test.s_N) > 0.0:
+            squares["dilation"].append(float(np.mean(((s_N[rows_] - test.s_N) / np.ptp(test.s_N)) ** 2)))
+    comparisons = compared(problem, values)
+    intervals = _intervals(comparisons, lambda props: compared(problem_of(props), values), joint, fit)
+    return Prediction(tests, comparisons, _rms(comparisons, squares), curves_of_tests, intervals)
+
+
+def predicted_strengths(
+    joint: Interface,
+    tests: Sequence[Strength],
+    spring: float,
+    direction: float,
+    slip: float,
+    fit: Written | None,
+) -> Prediction:
+    """Strengths of a joint, as in `predict`; a spring does not change them."""
+
+    def numbers(props: Floats) -> list[Comparison]:
+        return [_strength(props, test, direction, slip) for test in tests]
+
+    rows = numbers(joint.props())
+    return Prediction(tests, rows, _rms(rows, {}), [], _intervals(rows, numbers, joint, fit))
 
 
 def _intervals(
@@ -108,7 +156,7 @@ def _intervals(
     return intervals
 
 
-def _closures(joint: Interface, tests: Sequence[ClosureTest]) -> Prediction:
+def predicted_closures(joint: Interface, tests: Sequence[ClosureTest]) -> Prediction:
     """Closures of a joint; the unloading counts apart, as no elastic contact follows it."""
     squares, rows, curves = dict[str, list[float]](loading=[], unloading=[]), [], []
     for test in tests:
@@ -156,3 +204,44 @@ def _strength(props: Floats, test: Strength, direction: float, slip: float) -> C
     sizes = {"peak": test.peak, "residual": max(test.residual, FLOOR * test.peak)}
     errors = {name: abs(predicted[name] - value) / sizes[name] for name, value in measured.items()}
     return Comparison(test.name, measured, predicted, errors)
+
+
+def figure_of_curves(prediction: Prediction, tests: Sequence[ShearTest], units: tuple[str, str]) -> Figure:
+    """Points of the tests and curves of the joint."""
+    curves = [(slips, tau, s_N) for slips, _, tau, s_N in prediction.curves]
+    return curves_figure(tests, curves, units, "predicted")
+
+
+def figure_of_strengths(prediction: Prediction, _: Sequence[Strength], units: tuple[str, str]) -> Figure:
+    """Predicted over measured strengths."""
+    from ..style import ONE, label_axes, new_figure
+
+    figure, (ax,) = new_figure(ONE, 3.2, ncols=1)
+    for name, mark in (("peak", "o"), ("residual", "s")):
+        pairs = [
+            (row.measured[name], row.predicted[name]) for row in prediction.compared if name in row.measured
+        ]
+        if pairs:
+            ax.plot(*np.transpose(pairs), mark, label=name)
+    top = max(max(row.measured["peak"], row.predicted["peak"]) for row in prediction.compared)
+    ax.plot([0.0, top], [0.0, top], color="0.6", linewidth=0.8, zorder=0)
+    label_axes(ax, f"measured strength [{units[1]}]", f"predicted strength [{units[1]}]")
+    ax.legend()
+    return figure
+
+
+def figure_of_closures(
+    prediction: Prediction, tests: Sequence[ClosureTest], units: tuple[str, str]
+) -> Figure:
+    """Pressure over measured and predicted closures."""
+    from ..style import COLOURS, ONE, label_axes, new_figure
+
+    figure, (ax,) = new_figure(ONE, 3.4, ncols=1)
+    for i, (pressed, (pressure, rows, law, _)) in enumerate(zip(tests, prediction.curves, strict=True)):
+        colour, label = COLOURS[i % len(COLOURS)], ("measured", "predicted") if i == 0 else ("", "")
+        ax.plot(pressed.closure, pressure, "o", color=colour, markersize=3.0, label=label[0])
+        ax.plot(law[rows], pressure[rows], color=colour, label=label[1])
+    ax.locator_params(axis="x", nbins=6)
+    label_axes(ax, f"closure since the first row [{units[0]}]", f"pressure [{units[1]}]")
+    ax.legend()
+    return figure

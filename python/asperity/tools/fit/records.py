@@ -138,7 +138,7 @@ def read_tests(
     }
     kinds = {*kind_of.values()}
     if len(kinds) > 1:
-        whats = {"slip": "curves of the slip", "peak": "strengths alone", "closure": "closures"}
+        whats = {"slip": ShearTest.WHAT, "peak": Strength.WHAT, "closure": ClosureTest.WHAT}
         firsts = [
             next(item for item in kind_of.items() if item[1] == kind)
             for kind in dict.fromkeys(kind_of.values())

@@ -12,16 +12,14 @@ import numpy as np
 from ...case_writer import Word, case_text, pattern_entries, rounded
 from ...contract import Floats
 from ...pattern import Pattern
-from .closure_test import ClosureTest
 from .closures import ClosureFit
 from .columns import NONE
 from .intervals import Estimate
 from .model import KS, KT, MATERIAL, SCALES, UNITS
-from .shear_test import ShearTest, cycles, first_stroke, of_kind
-from .strength import Strength
+from .shear_test import ShearTest, cycles, first_stroke
 from .strengths import StrengthFit
 from .thresholds import CONFIDENCE, FAIR, GOOD
-from .verdict import Comparison, Fit, coverage, short
+from .verdict import AnyTest, Comparison, Fit, coverage, short
 
 MOST_TURNS, MOST_TESTS, INCREMENTS = 20, 8, 100
 """Most reversals that a case repeats; most tests of which the report shows the numbers; increments."""
@@ -67,7 +65,7 @@ def report(fit: Fit, units: tuple[str, str] = NONE, verbose: bool = False) -> st
 
 
 def compared_rows(
-    tests: Sequence[ShearTest] | Sequence[Strength] | Sequence[ClosureTest],
+    tests: Sequence[AnyTest],
     fitted: Sequence[Comparison],
     unseen: Sequence[Comparison],
     verbose: bool,
@@ -87,7 +85,7 @@ def compared_rows(
     table = []
     shown = len(fitted) if verbose else MOST_TESTS
     for i, row in enumerate(fitted[:shown]):
-        cells = [f"{tests[i].levels[1]:.4g}"]
+        cells = [f"{tests[i].level:.4g}"]
         for name in names:
             kinds = [row.measured, row.predicted, *([unseen[i].predicted] if unseen else [])]
             values = [numbers[name] for numbers in kinds] if name in row.measured else []
@@ -198,16 +196,6 @@ def case_of(fit: Fit) -> str:
     return "".join(f"! {note}\n" for note in [first_upper(comment(fit)), *notes]) + text
 
 
-def covered(
-    tests: Sequence[ShearTest] | Sequence[Strength] | Sequence[ClosureTest],
-) -> tuple[float, float, float]:
-    """Smallest and largest pressure, and largest slip, of tests of one kind; the slip is 0 without curves."""
-    if isinstance(tests[0], ShearTest):
-        return coverage(of_kind(tests, ShearTest))
-    low, high = zip(*(test.levels for test in tests), strict=True)
-    return min(low), max(high), 0.0
-
-
 def first_upper(text: str) -> str:
     """Text as a sentence."""
     return text[0].upper() + text[1:] + "."
@@ -256,7 +244,7 @@ def intervals_text(fit: AnyFit, units: tuple[str, str] = NONE) -> str:
     covariance = fit.covariance[np.ix_(places, places)]
     peaks = fit.peaks
     blind: Sequence[Comparison | None] = fit.blind or [None] * len(fit.fitted)
-    low, high, slip = covered(fit.tests)
+    low, high, slip = coverage(fit.tests)
     content = {
         "parameters": names,
         "units": list(units),

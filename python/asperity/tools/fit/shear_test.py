@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -16,8 +16,6 @@ from .thresholds import AT_END, BACK, LEAST_DATA, MOST_ALIKE, SMOOTHED
 
 FAR = 0.98
 """Slip over the largest one that counts as it."""
-
-Kind = TypeVar("Kind")
 
 HELD = 0.05
 """Largest relative variation of a constant normal traction."""
@@ -72,6 +70,7 @@ class ShearTest:
     units: dict[str, str] = field(default_factory=dict)
     lines: tuple[int, ...] = ()
     path_N: Floats | None = None
+    WHAT: ClassVar[str] = "curves of the slip"
 
     def __post_init__(self) -> None:
         """Check shapes and values."""
@@ -103,9 +102,14 @@ class ShearTest:
         return self.sigma_N if self.path_N is None else float(self.path_N.min())
 
     @property
-    def levels(self) -> tuple[float, float]:
-        """Pressure at the start of the slip, and the largest one of those that are prescribed."""
-        return 0.0 - self.sigma_N, 0.0 - self.pressed
+    def level(self) -> float:
+        """Largest pressure of those that are prescribed."""
+        return 0.0 - self.pressed
+
+    @property
+    def covers(self) -> tuple[float, float, float]:
+        """Prescribed pressure, largest one of the first stroke, and largest slip."""
+        return self.level, float(np.max(pressures(self)[first_stroke(self)])), float(np.abs(self.slip).max())
 
     @property
     def turns(self) -> list[float]:
@@ -272,17 +276,6 @@ def check_stiffness(name: str, k_N: float, s_N: Floats, sigma_N: Floats) -> None
     seen = _stiffness(s_N, sigma_N)
     if seen and not 1.0 / TIMES <= k_N / seen <= TIMES:
         raise ValueError(f"{name}: k_N = {k_N:g}, but {_SEEN} {seen:.3g}: expected this one")
-
-
-def of_kind(tests: Sequence[object], kind: type[Kind]) -> list[Kind]:
-    """Tests, all of one kind.  Raises ValueError for one of another kind."""
-    of_this_kind = [test for test in tests if isinstance(test, kind)]
-    if len(of_this_kind) < len(tests):
-        stranger = next(test for test in tests if not isinstance(test, kind))
-        raise ValueError(
-            f"tests: {type(stranger).__name__} beside {kind.__name__}: expected tests of one kind"
-        )
-    return of_this_kind
 
 
 def check_copies(tests: Sequence[ShearTest]) -> None:

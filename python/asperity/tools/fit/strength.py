@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -23,6 +24,7 @@ class Strength:
     peak_slip: float = np.nan
     slip: float = np.nan
     units: dict[str, str] = field(default_factory=dict)
+    WHAT: ClassVar[str] = "strengths alone"
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -44,6 +46,11 @@ class Strength:
             )
 
     @property
-    def levels(self) -> tuple[float, float]:
-        """Smallest and largest pressure, tension negative."""
-        return 0.0 - self.sigma_N, 0.0 - self.sigma_N
+    def level(self) -> float:
+        """Pressure, tension negative."""
+        return 0.0 - self.sigma_N
+
+    @property
+    def covers(self) -> tuple[float, float, float]:
+        """Smallest and largest pressure, and no slip of a curve."""
+        return self.level, self.level, 0.0

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 import numpy as np
 
 from ...contract import Floats
 from ...interface import Interface
+from .closure_test import ClosureTest
 from .intervals import Assumption, Estimate, Intervals
 from .model import KT, SPRINGS, Problem
 from .rigid import LAW
 from .search import Solution, independent, refitted
-from .shear_test import ShearTest, cycles, first_slope, first_stroke, last_slope, noises, numbers, pressures
+from .shear_test import ShearTest, cycles, first_slope, last_slope, noises, numbers, pressures
+from .strength import Strength
 from .thresholds import (
     BY_NOISE,
     ENDED,
@@ -34,6 +37,9 @@ from .thresholds import (
     UNSAFE,
     WEIGHT,
 )
+
+AnyTest: TypeAlias = ShearTest | Strength | ClosureTest
+"""A test of any kind."""
 
 
 @dataclass(frozen=True)
@@ -318,14 +324,13 @@ def short(name: str) -> str:
     return text if len(text) <= 27 else f"...{text[-24:]}"
 
 
-def coverage(tests: Sequence[ShearTest]) -> tuple[float, float, float]:
-    """Smallest and largest pressure, and largest slip of the tests: where the constants have been seen."""
-    levels = [float(np.max(pressures(test)[first_stroke(test)])) for test in tests]
-    return (
-        min(0.0 - test.pressed for test in tests),
-        max(levels),
-        max(float(np.abs(test.slip).max()) for test in tests),
-    )
+def coverage(tests: Sequence[AnyTest]) -> tuple[float, float, float]:
+    """Smallest and largest pressure, and largest slip of the tests: where the constants have been seen.
+
+    The slip is 0 without curves.
+    """
+    low, high, slip = zip(*(test.covers for test in tests), strict=True)
+    return min(low), max(high), max(slip)
 
 
 @dataclass(eq=False)

@@ -10,7 +10,7 @@ import pytest
 from asperity import Interface, Material, Pattern, contract
 from asperity.case_files import drive
 from asperity.tools.fit import ShearTest, fit
-from asperity.tools.fit.kinds import interface_of
+from asperity.tools.fit.kinds import kind_of
 from asperity.tools.fit.model import Model
 from asperity.tools.fit.predict import predict
 from asperity.tools.fit.report import case_of
@@ -324,7 +324,7 @@ def test_sides_of_the_user_stay() -> None:
         dilation = 0.6 * np.tan(np.radians(15.0)) * (1.0 - np.exp(-slip / 0.6))
         tests.append(ShearTest(f"p {pressure}", slip, tau, dilation, -pressure))
     result = fit(tests, "mortar", sides=4)
-    assert interface_of(result).props()[contract.index("m")] == 4.0
+    assert kind_of(result.tests).interface(result).props()[contract.index("m")] == 4.0
 
 
 def test_pressure_of_a_held_test() -> None:
