@@ -10,7 +10,7 @@ from ...case_writer import Group, case_text, rounded
 from .closures import ASSUMED_MU, ClosureFit
 from .columns import NONE
 from .report import (
-    INCREMENTS,
+    INCREMENTS_OF_CASE,
     cell_of,
     comment,
     compared_rows,
@@ -50,9 +50,8 @@ def closure_case(fit: ClosureFit) -> str:
     kn = rounded(fit.values["kn"], 6)
     material = {"kn": kn, "ks": kn, "mu": ASSUMED_MU}
     material |= {name: rounded(value, 6) for name, value in fit.values.items() if name == "closure"}
-    steps: list[Group] = [
-        ("step", {"t_N": -rounded(pressure, 6), "increments": INCREMENTS}) for pressure in (first, top, first)
-    ]
+    of_step = {"increments": INCREMENTS_OF_CASE}
+    steps: list[Group] = [("step", {"t_N": -rounded(p, 6)} | of_step) for p in (first, top, first)]
     if first <= 0.0:
         steps = steps[1:]
     groups: list[Group] = [("case", {"title": "Closure"}), ("material", material), ("pattern", {"sides": 0})]

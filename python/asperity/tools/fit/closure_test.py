@@ -9,9 +9,7 @@ import numpy as np
 
 from ... import contract
 from ...contract import Floats
-
-FALL = 0.02
-"""Fall of the pressure, over its range, that ends the loading, and rise that ends the unloading."""
+from .thresholds import FALL
 
 
 @dataclass(frozen=True, eq=False)

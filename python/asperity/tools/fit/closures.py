@@ -20,17 +20,18 @@ from .thresholds import (
     FACTOR,
     GAIN,
     GOOD,
+    LARGEST_CLOSURES,
     LEAST_LOADING,
     MANY_CLOSURES,
+    MISSED_BACK,
     NEAR,
     NORMAL,
     PARTS_OF_CLOSURE,
     ROWS_OF_ONE,
+    STIFFNESSES,
+    TIMES_MISSED,
 )
 from .verdict import Comparison, grade_of
-
-REACH, STIFFNESS = (1.0, 50.0), (1e-2, 1e3)
-"""Ranges of the largest closure over the measured one, and of the stiffness over pressure per closure."""
 
 ASSUMED_MU = 0.6
 """Friction of the joint in the case, which a closure test does not show."""
@@ -141,8 +142,10 @@ def _ends(tests: Sequence[ClosureTest], names: tuple[str, ...]) -> Floats:
     """Bounds of the logarithms of the constants, (2, p)."""
     pressure = max(float(test.pressure.max()) for test in tests)
     closure = max(test.size for test in tests)
-    stiffness = [pressure / closure * factor for factor in STIFFNESS]
-    ends: Floats = np.log(np.transpose([stiffness, [closure * factor for factor in REACH]][: len(names)]))
+    stiffness = [pressure / closure * factor for factor in STIFFNESSES]
+    ends: Floats = np.log(
+        np.transpose([stiffness, [closure * factor for factor in LARGEST_CLOSURES]][: len(names)])
+    )
     return ends
 
 
@@ -233,7 +236,7 @@ def _judged(tests: Sequence[ClosureTest], free: tuple[str, ...], x: Floats, resi
     if "closure" not in free:
         notes.append("one stiffness: the rows do not show a largest closure")
     worst_back = max(unloading)
-    if worst_back > max(0.05, 1.5 * errors["loading"]):
+    if worst_back > max(MISSED_BACK, TIMES_MISSED * errors["loading"]):
         notes.append(f"the unloading is missed by {worst_back:.0%}: an elastic contact keeps no closure")
     if len(tests) == 1:
         notes.append("one test: nothing was predicted that the fit had not seen")

@@ -25,8 +25,8 @@ KNOWN = (*dict.fromkeys(REQUIRED + STRENGTHS + BESIDE + OPTIONAL + CLOSURES), *F
 forces and the stresses that they are over an area.
 """
 
-KINDS = dict.fromkeys(("slip", "peak_slip", "dilation", "closure"), "length") | {"k_N": "stiffness"}
-KINDS |= dict.fromkeys(FORCES.values(), "stress") | dict.fromkeys(FORCES, "force")
+MEASURES = dict.fromkeys(("slip", "peak_slip", "dilation", "closure"), "length") | {"k_N": "stiffness"}
+MEASURES |= dict.fromkeys(FORCES.values(), "stress") | dict.fromkeys(FORCES, "force")
 DEFAULT, NONE = ("mm", "MPa"), ("length", "stress")
 """What each column measures; units to which numbers with units are converted, and labels without units."""
 
@@ -114,12 +114,12 @@ def factors_of(where: str, units: Mapping[str, str], target: tuple[str, str]) ->
     if without:
         text = f"column {without} has no unit: expected one for every column, as {first} has, or none at all"
         raise ValueError(f"{where}: {text}")
-    kinds = ((KINDS[name], unit, f"{where}: {name} ") for name, unit in units.items() if first)
+    kinds = ((MEASURES[name], unit, f"{where}: {name} ") for name, unit in units.items() if first)
     return [size(*kind) / wanted[kind[0]] for kind in kinds] or [1.0] * len(units)
 
 
-SHEAR = r"(?=.*(shear|horiz|tangen|scher|schub|cisail|taglio|orizzontal|corte|cortant|cisalha|tranchant))"
-NORMAL = r"(?=.*(normal|vert\b|vertical|vertikal|confin))"
+ALONG = r"(?=.*(shear|horiz|tangen|scher|schub|cisail|taglio|orizzontal|corte|cortant|cisalha|tranchant))"
+ACROSS = r"(?=.*(normal|vert\b|vertical|vertikal|confin))"
 PATH = r"(?=.*(disp|verschieb|hebung|weg\b|deplac|sposta|desplaza|desloca|slip))"
 STRESS = r"(?=.*(stress|spannung|contrainte|tension|sforzo|esfuerzo|tensao|traction|pressure|pression))"
 STRENGTH = r"(?=.*(stress|strength|spannung|festig|contrainte|resist|tension|esfuerzo|tensao))"
@@ -133,8 +133,8 @@ SIZE = r"(?!.*(normal|vert\b|vertical|vertikal))"
 OF_FORCES = {
     "peak_force": rf"{PEAK}{FORCE}{SIZE}",
     "residual_force": rf"{RESIDUAL}{FORCE}{SIZE}",
-    "shear_force": rf"{SHEAR}{FORCE}",
-    "normal_force": rf"{NORMAL}{FORCE}",
+    "shear_force": rf"{ALONG}{FORCE}",
+    "normal_force": rf"{ACROSS}{FORCE}",
 }
 PER_AREA = r"(force|load|kraft|last|forza|fuerza|forca)\s*(per|/|pro|par|por)\s*(unit\s*)?(area|flache)"
 """A stress, in words."""
@@ -146,16 +146,16 @@ OTHER = rf"rate|speed|veloc|geschwind|vitesse|strain|{ANGLES}|ratio|coeff|energ|
 RULES = {
     "peak": rf"{PEAK}{STRENGTH}{SIZE}|tau[_ ]?(p|peak|max|f)\b|(peak|max\w*)[. _]*tau\b",
     "residual": rf"{RESIDUAL}{STRENGTH}{SIZE}|tau[_ ]?(r|res|residual)\b|residual[ _]tau\b",
-    "strength": rf"{SHEAR}(?=.*(strength|festig|resist))",
+    "strength": rf"{ALONG}(?=.*(strength|festig|resist))",
     "peak_slip": rf"{PEAK}{PATH}{SIZE}",
     "closure": r"((joint|fracture|normal|crack)[_ ])?closure|schliess|kluftschl|fermeture|chiusura|cierre"
     r"|fechamento",
-    "slip": rf"{SHEAR}{PATH}|schlupf|glissement|{SYMBOL}(s|h|shear)$",
-    "tau": rf"{SHEAR}{STRESS}|tau\b",
-    "sigma_N": rf"{NORMAL}{STRESS}|sigma_?n?(_?eff)?\b",
-    "dilation": rf"{NORMAL}{PATH}|s_n\b|dilat|uplift|hebung|((joint|crack) )?opening|offnung|ouverture"
+    "slip": rf"{ALONG}{PATH}|schlupf|glissement|{SYMBOL}(s|h|shear)$",
+    "tau": rf"{ALONG}{STRESS}|tau\b",
+    "sigma_N": rf"{ACROSS}{STRESS}|sigma_?n?(_?eff)?\b",
+    "dilation": rf"{ACROSS}{PATH}|s_n\b|dilat|uplift|hebung|((joint|crack) )?opening|offnung|ouverture"
     rf"|{SYMBOL}(n|v|normal)$",
-    "k_N": rf"{NORMAL}(?=.*(stiff|steif|rigid))",
+    "k_N": rf"{ACROSS}(?=.*(stiff|steif|rigid))",
     "test": r"(test|specimen|sample|versuchs?|proben?|essai|prova|provino|ensayo|ensaio)\W*"
     r"(id|name|no|nr|number|nummer|n|code|label)?\W*$",
 }

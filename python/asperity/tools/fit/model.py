@@ -54,9 +54,8 @@ series with the joint, along the slip: specimen, box and matedness.
 SPRINGS = (KS, KT)
 """Stiffnesses of the elastic slip, on which the other constants do not depend."""
 
-BOND = tuple(name for name in contract.joint_constants(1.0, 1.0) if name != "kc")
 INCLINED = tuple(row.name for row in TIMELESS if row.inclined)
-"""Constants that a joint without bond does not have, and those of inclined planes."""
+"""Constants of inclined planes."""
 
 CRUSHING = ("fc", "Gfc", "Css", "kp", "fcr")
 """Constants of a compressive strength, which a fit leaves out: tests that it ends have no curves."""
@@ -69,10 +68,6 @@ UNITS = {row.name: row.unit for row in TIMELESS} | dict.fromkeys((KS, KT), "stre
 PLAUSIBLE = {row.name: row.plausible for row in TIMELESS} | dict.fromkeys((KS, KT), (1e-2, 1e5))
 PLAUSIBLE |= {"kn": (1e-2, 1e8)}
 """Scale, unit and plausible range of a constant; the range is in multiples of the size of its unit."""
-
-DEFAULTS = {row.name: row.default for row in TIMELESS if row.default is not None and row.name != "theta"}
-DEFAULTS |= {"eta": 0.9}
-"""Values of constants that are neither free nor set."""
 
 SIDES, PRELOAD = 2, 10
 """Inclined planes of the default pattern, along the slip; increments of sigma_N before the slip."""
@@ -188,11 +183,6 @@ class Problem:
         """Largest stress and length of the tests, with which the ranges of the constants are multiplied."""
         stress = max(float(np.abs(test.tau).max()) for test in self.tests)
         return stress, max(float(np.abs(test.slip).max()) for test in self.tests)
-
-    @property
-    def form(self) -> str:
-        """Form of the joint."""
-        return ROCK if KS in (*self.free, *self.fixed) else MORTAR
 
     @cached_property
     def ends(self) -> Floats:
@@ -471,7 +461,6 @@ class Model:
     free: tuple[str, ...]
     sides: int = 2
     fixed: Mapping[str, float] = field(default_factory=dict)
-    name: str = ""
     shape: str = LAW
     exact: bool = False
 

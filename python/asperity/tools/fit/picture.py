@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 Curve: TypeAlias = tuple[Floats, Floats, Floats]
 """Slips, tau and s_N of a test by the law, (P,) each."""
 
-MARKS = "osD^v"
+SYMBOLS = "osD^v"
 """Marks of the tests."""
 
 
@@ -35,7 +35,7 @@ def curves_figure(
     columns = 1 + any(test.s_N is not None for test in tests)
     figure, axes = new_figure(TWO if columns > 1 else ONE, 3.0, ncols=columns)
     for i, (test, (slips, tau, s_N)) in enumerate(zip(tests, curves, strict=True)):
-        colour, mark = COLOURS[i % len(COLOURS)], MARKS[i % len(MARKS)]
+        colour, mark = COLOURS[i % len(COLOURS)], SYMBOLS[i % len(SYMBOLS)]
         label = rf"$\sigma_N$ = {test.sigma_N:.4g}".replace("-", "\u2212")
         label += f", $k_N$ = {test.k_N:g}" if test.k_N else ""
         for ax, measured, law in zip(axes, (test.tau, test.s_N), (tau, s_N), strict=False):

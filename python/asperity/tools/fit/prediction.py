@@ -26,7 +26,7 @@ from .written import Written
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-POINTS, STEP = 400, 0.1
+POINTS, PART_OF_DEVIATION = 400, 0.1
 """Slips of a curve from which a peak is read; step of differences, in standard deviations of a constant."""
 
 
@@ -138,7 +138,7 @@ def _intervals(
     if fit is None or "kn" in fit.names:
         return []
     squares = [dict.fromkeys(set(row.errors), 0.0) for row in rows]
-    for factor, *ends in fit.moved(joint.props(), STEP):
+    for factor, *ends in fit.moved(joint.props(), PART_OF_DEVIATION):
         for square, below, above in zip(squares, *map(numbers, ends), strict=True):
             for name in square:
                 square[name] += (factor * (above.predicted[name] - below.predicted[name])) ** 2

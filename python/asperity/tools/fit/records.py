@@ -17,8 +17,8 @@ from .columns import (
     BESIDE,
     DEFAULT,
     FORCES,
-    KINDS,
     KNOWN,
+    MEASURES,
     NONE,
     REQUIRED,
     STRENGTHS,
@@ -28,37 +28,28 @@ from .columns import (
 )
 from .shear_test import ShearTest, check_rows, check_sizes, check_stiffness
 from .strength import Strength
+from .thresholds import (
+    BEYOND_NOISE,
+    CLEARLY,
+    ELASTIC,
+    FIRST_ROWS,
+    LATE,
+    LEAP,
+    LEAST_NOISE,
+    LEAST_WAY,
+    OF_CYCLE,
+    PART,
+    RESTING,
+    RETURN,
+    REVERSED,
+    ROWS_OF_CURVE,
+    ROWS_OF_TEST,
+    SURELY,
+    UNLOADED,
+)
 
 if TYPE_CHECKING:
     from pandas import DataFrame
-
-LEAST_ROWS, LEAST_CURVE, CLEARLY = 5, 10, 1.5
-"""Rows of a test: fewer show no stiffness, peak or residual strength; and of a table that may be a curve;
-ratio of the largest compression to the largest tension of a table, by which their signs are told apart.
-"""
-
-LEAP, RETURN, LEAST_WAY, REVERSED = 3.0, 0.3, 0.1, -0.1
-"""Where the slip jumps back the next test begins: smallest jump over the usual step and over the way so far;
-smallest way over that of the file; and smallest tau over the largest one, because a joint that slips back in
-a cycle has reversed tau.
-"""
-
-RESTING, SURELY, LATE, PART = 0.5, 0.25, 4.0, 0.05
-"""Traction over the largest one below which a joint rests, and rests without any dilation; slip of a first
-row over the usual step (half of it where the joint surely rests), and slip or dilation over the range, beyond
-which it is late.
-"""
-
-DEVIATIONS, LEAST_NOISE, FIRST_ROWS = 4.0, 6, 8
-"""Standard deviations of the noise that an offset of the dilation exceeds; rows that show the noise; first
-rows that lead to the dilation at the start.
-"""
-
-UNLOADED, OF_CYCLE, ELASTIC = 0.5, 0.05, 0.1
-"""Traction of the last row over that at the largest slip below which the joint was unloaded; reversed
-traction over the largest one that belongs to a cycle; return of the slip over its range that is more than
-elastic.
-"""
 
 Area = Callable[[Floats], Floats]
 """Area over the slip, as `area_of` makes it."""
@@ -192,7 +183,7 @@ def _read(
             raise ValueError(none)
         table = with_names(table, renamed, decimal)
     names = columns_of(table, renamed, optional, area is not None)
-    measured = {name: unit for name, unit in zip(names, table.units, strict=True) if name in KINDS}
+    measured = {name: unit for name, unit in zip(names, table.units, strict=True) if name in MEASURES}
     factors = factors_of(f"{path}: line {table.line}", measured, target or DEFAULT)
     if not len(table.cells):
         raise ValueError(none)
@@ -234,7 +225,7 @@ def _strengths(rows: DataFrame) -> list[Strength]:
     if rows.attrs["shrinks"]:
         raise ValueError(f"{path}: strengths of a table: expected one area, --area A")
     columns = [name for name in STRENGTHS + BESIDE if name in rows]
-    curve = "slip" in rows and len(rows) >= LEAST_CURVE and rows.sigma_N.nunique() == 1
+    curve = "slip" in rows and len(rows) >= ROWS_OF_CURVE and rows.sigma_N.nunique() == 1
     if curve and bool((np.diff(rows.slip) > 0.0).all()):
         text = f"{len(rows)} rows at one pressure with growing slips are a curve"
         raise ValueError(f"{path}: column peak: {text}: expected tau, as --columns tau=HEADER")
@@ -309,8 +300,8 @@ def _tests(rows: DataFrame, k_T: float | None, sigma_N_path: bool) -> list[Shear
     text = f"{path}: rows of the unloading at the end left out: {len(rows) - end}"
     warn_if(end < len(rows), f"{text} (from line {rows.index[min(end, len(rows) - 1)]} on)")
     rows = rows[:end]
-    if len(rows) < LEAST_ROWS:
-        raise ValueError(f"{name}: {len(rows)} rows: expected at least {LEAST_ROWS}")
+    if len(rows) < ROWS_OF_TEST:
+        raise ValueError(f"{name}: {len(rows)} rows: expected at least {ROWS_OF_TEST}")
     slip, tau, sigma_N = (rows[column].to_numpy() for column in REQUIRED)
     lines, s_N = tuple(rows.index.tolist()), rows["dilation"].to_numpy() if "dilation" in rows else None
     slip, s_N = from_start(slip, tau, s_N, sigma_N, [f"{path}: line {line}" for line in lines])
@@ -383,7 +374,7 @@ def from_start(
     if s_N is None:
         return slip, s_N
     noise = float(np.std(np.diff(s_N, 2))) / np.sqrt(6.0) if s_N.size > LEAST_NOISE else 0.0
-    least = max(PART * float(np.ptp(s_N)), DEVIATIONS * noise)
+    least = max(PART * float(np.ptp(s_N)), BEYOND_NOISE * noise)
     text, first = f"{places[0]}, column dilation: {s_N[0]:g}", slice(0, FIRST_ROWS)
     if share < SURELY:
         away = float(np.mean(slip[first] - slip[0]))

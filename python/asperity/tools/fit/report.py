@@ -21,7 +21,7 @@ from .strengths import StrengthFit
 from .thresholds import CONFIDENCE, FAIR, GOOD
 from .verdict import AnyTest, Comparison, Fit, coverage, short
 
-MOST_TURNS, MOST_TESTS, INCREMENTS = 20, 8, 100
+MOST_TURNS, MOST_TESTS, INCREMENTS_OF_CASE = 20, 8, 100
 """Most reversals that a case repeats; most tests of which the report shows the numbers; increments."""
 
 AnyFit: TypeAlias = Fit | StrengthFit | ClosureFit
@@ -216,7 +216,7 @@ def shear_case(
     With a spring of stiffness k the shear traction is k times the slip of the box less that of the joint.
     """
     held, several = sorted({*tractions}, reverse=True), len({*tractions}) > 1
-    parts = [INCREMENTS] * len(slips)
+    parts = [INCREMENTS_OF_CASE] * len(slips)
     slide: dict[str, object] = {"k_N": rounded(k_N, 6)} if k_N else {}
     slide |= {"t_N": Word("sigma_N") if several else held[0]} if k_N else {}
     if spring:
@@ -232,7 +232,7 @@ def shear_case(
         ("material", {name: rounded(value, 6) for name, value in material.items()}),
         ("pattern", pattern_entries(pattern)),
         *([("sweep", {"name": "sigma_N", "values": held})] if several else []),
-        ("step", {"t_N": Word("sigma_N") if several else held[0], "increments": INCREMENTS}),
+        ("step", {"t_N": Word("sigma_N") if several else held[0], "increments": INCREMENTS_OF_CASE}),
         ("step", slide | {"increments": parts}),
     )
 

@@ -34,6 +34,7 @@ from .thresholds import (
     REACH,
     REACH_OF_OTHERS,
     ROWS_EACH,
+    ROWS_OF_NOISE,
     SEARCHED,
     STEP,
 )
@@ -334,7 +335,7 @@ def independent(solution: Solution) -> dict[str, float]:
 def is_noise(solution: Solution) -> bool:
     """Whether the residuals are noise, so that a larger model has nothing to explain."""
     least = min(test.slip.size for test in solution.problem.tests)
-    return least > 20 and sum(independent(solution).values()) > NOISE * solution.residuals.size
+    return least > ROWS_OF_NOISE and sum(independent(solution).values()) > NOISE * solution.residuals.size
 
 
 def criteria(solutions: Sequence[Solution]) -> list[float]:

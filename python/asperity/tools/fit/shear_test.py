@@ -12,40 +12,27 @@ from ... import contract
 from ...contract import Floats
 from ...steps import turns_of
 from ..tables import size, warn_if
-from .thresholds import AT_END, BACK, LEAST_DATA, MOST_ALIKE, SMOOTHED
-
-FAR = 0.98
-"""Slip over the largest one that counts as it."""
-
-HELD = 0.05
-"""Largest relative variation of a constant normal traction."""
-
-LEAST_CORRELATION, TIMES = 0.95, 1.5
-"""Correlation of pressure and dilation in a box with a normal stiffness; and ratio of the given stiffness to
-that of the rows above which they contradict each other.
-"""
-
-LARGEST_RATIO, LARGEST_FRICTION = 1.0e3, 100.0
-"""Ratios of two lengths or stresses above which units are mixed (kPa to MPa is near 1000), and of tau to
-|sigma_N| without units (a friction of 0.8 on planes of 45 degrees gives 9).
-"""
-
-STEEPEST, OFFSET = 20.0, 0.5
-"""Ratio of dilation to slip of planes of 87 degrees; largest first dilation or slip over its range."""
-
-CLOSING = 0.05
-"""Closure over the slip at the end of a test beyond which its sign may be the other one."""
-
-SIGNAL, DEVIATIONS = 0.25, 3.0
-"""Largest correlation of neighbouring rows, and this in standard deviations of that of independent ones, of a
-dilation that is noise.
-"""
-
-SAME_ROWS, SAME_DIGITS = 0.9, 6
-"""Fraction of the rows of a test in another one that makes it a copy, and digits in which they agree."""
-
-USUAL = {"length": (1e-6, 1.0), "stress": (1e3, 2e8)}
-"""Usual sizes of the largest slip, in metres, and of the largest stress, in pascals."""
+from .thresholds import (
+    AT_END,
+    BACK,
+    CLOSING,
+    FAR,
+    HELD,
+    LARGEST_FRICTION,
+    LARGEST_RATIO,
+    LEAST_CORRELATION,
+    LEAST_DATA,
+    MOST_ALIKE,
+    OF_SIGNAL,
+    OFFSET,
+    SAME_DIGITS,
+    SAME_ROWS,
+    SIGNAL,
+    SMOOTHED,
+    STEEPEST,
+    TIMES,
+    USUAL,
+)
 
 _SEEN = "the pressure grows with the dilation by a stiffness of"
 
@@ -313,7 +300,7 @@ def shows_dilation(tests: Sequence[ShearTest]) -> bool:
     columns = [test.s_N for test in tests if test.s_N is not None]
     rows, total = sum(map(len, columns)), sum(float(np.var(s_N)) * s_N.size for s_N in columns)
     noise = 0.5 * sum(float(np.sum(np.diff(s_N) ** 2)) for s_N in columns)
-    return bool(total > 0.0 and 1.0 - noise / total > min(SIGNAL, DEVIATIONS / np.sqrt(rows)))
+    return bool(total > 0.0 and 1.0 - noise / total > min(SIGNAL, OF_SIGNAL / np.sqrt(rows)))
 
 
 def check_sizes(tests: Sequence[ShearTest]) -> None:

@@ -21,7 +21,7 @@ from .report import (
 )
 from .strengths import StrengthFit
 
-EARLY, BEYOND = 0.02, 1.25
+EARLY, PAST_PEAK = 0.02, 1.25
 """Slip of a first step of a case, with its own increments: over the last slip, and over that at the peak."""
 
 
@@ -51,7 +51,7 @@ def strength_case(fit: StrengthFit) -> str:
     spring = float(np.median(stiffnesses)) if stiffnesses else 0.0
     # the peak lies near the start, where the increments are short
     end, peaks = _slip(fit), [test.peak_slip for test in fit.tests if np.isfinite(test.peak_slip)]
-    early = BEYOND * max(peaks) if spring else EARLY * end
+    early = PAST_PEAK * max(peaks) if spring else EARLY * end
     slips = [early, end] if early < end else [end]
     text = shear_case("Shear strengths", material, pattern, tractions, slips, spring=spring)
     return "".join(f"! {note}\n" for note in [first_upper(comment(fit)), *notes]) + text

@@ -15,6 +15,7 @@ from .rigid import crushed
 from .search import least
 from .strength import Strength
 from .thresholds import (
+    AT_BOUND,
     FACTOR,
     FITTED,
     FLOOR,
@@ -87,7 +88,7 @@ MODELS = {
 }
 """Free constants of the models, and the form of the joint."""
 
-KNOWN = ("mu", "theta", "crush", "height", "sigma0", "sigma02")
+OF_STRENGTHS = ("mu", "theta", "crush", "height", "sigma0", "sigma02")
 """Constants that the closed form has."""
 
 
@@ -164,9 +165,9 @@ def fit_strengths(
     if len(different) < LEAST_TESTS:
         raise ValueError(f"{text}: expected at least {LEAST_TESTS} tests")
     known = {name: contract.number(name, value) for name, value in (fixed or {}).items()}
-    unknown = next((name for name in known if name not in KNOWN), "")
+    unknown = next((name for name in known if name not in OF_STRENGTHS), "")
     if unknown:
-        raise ValueError(f"fixed: {unknown}: strengths alone have only {', '.join(KNOWN)}")
+        raise ValueError(f"fixed: {unknown}: strengths alone have only {', '.join(OF_STRENGTHS)}")
     check_known(known)
     data = _Data(different, known)
     if not (data.pressure > 0.0).any():
@@ -491,7 +492,7 @@ def _undetermined(
         if estimate.high <= FACTOR**2 * estimate.low and not bound:
             continue
         text = f"{name} is not determined: {estimate.value:.3g} [{estimate.low:.3g}, {estimate.high:.3g}]"
-        if name == "mu" and (bound or estimate.low <= 1.01 * float(from_scale(name, low[i]))):
+        if name == "mu" and (bound or estimate.low <= AT_BOUND * float(from_scale(name, low[i]))):
             yield name, True, f"{text}: the strength does not grow with the pressure beyond its scatter"
         else:
             held = f"{text}; the strengths hold between the pressures of the tests"

@@ -29,6 +29,17 @@ drawn Gc of results and 5 W0 of cycles lie within it.
 NEAR = 1.0e-3
 """Distance from a bound of what is plausible, over its range, that lies at it."""
 
+AT_BOUND = 1.01
+"""Lower end of the interval of mu, over the least plausible one, up to which the strength does not grow."""
+
+MISSED_BACK, TIMES_MISSED = 0.05, 1.5
+"""Error of the unloading of closure tests, and that over the error of the loading, beyond which a note says
+that an elastic contact keeps no closure.
+"""
+
+BEYOND = 1.01
+"""Ratio of a pressure or slip to those of the tests of a fit above which it lies beyond them."""
+
 NO_WIDTH = 1.0e-9
 """Relative width of an interval that has none, as that of computed or copied numbers."""
 
@@ -59,6 +70,74 @@ LEAST_LOADING, PARTS_OF_CLOSURE, MANY_CLOSURES = 6, 5, 3
 beyond which whole tests are left out, too.
 """
 
+# files
+
+ROWS_OF_TEST, ROWS_OF_CURVE, CLEARLY = 5, 10, 1.5
+"""Rows of a test: fewer show no stiffness, peak or residual strength; and of a table that may be a curve;
+ratio of the largest compression to the largest tension of a table, by which their signs are told apart.
+"""
+
+LEAP, RETURN, LEAST_WAY, REVERSED = 3.0, 0.3, 0.1, -0.1
+"""Where the slip jumps back the next test begins: smallest jump over the usual step and over the way so far;
+smallest way over that of the file; and smallest tau over the largest one, because a joint that slips back in
+a cycle has reversed tau.
+"""
+
+RESTING, SURELY, LATE, PART = 0.5, 0.25, 4.0, 0.05
+"""Traction over the largest one below which a joint rests, and rests without any dilation; slip of a first
+row over the usual step (half of it where the joint surely rests), and slip or dilation over the range, beyond
+which it is late.
+"""
+
+BEYOND_NOISE, LEAST_NOISE, FIRST_ROWS = 4.0, 6, 8
+"""Standard deviations of the noise that an offset of the dilation exceeds; rows that show the noise; first
+rows that lead to the dilation at the start.
+"""
+
+UNLOADED, OF_CYCLE, ELASTIC = 0.5, 0.05, 0.1
+"""Traction of the last row over that at the largest slip below which the joint was unloaded; reversed
+traction over the largest one that belongs to a cycle; return of the slip over its range that is more than
+elastic.
+"""
+
+# checks of tests
+
+FAR = 0.98
+"""Slip over the largest one that counts as it."""
+
+HELD = 0.05
+"""Largest relative variation of a constant normal traction."""
+
+LEAST_CORRELATION, TIMES = 0.95, 1.5
+"""Correlation of pressure and dilation in a box with a normal stiffness; and ratio of the given stiffness to
+that of the rows above which they contradict each other.
+"""
+
+LARGEST_RATIO, LARGEST_FRICTION = 1.0e3, 100.0
+"""Ratios of two lengths or stresses above which units are mixed (kPa to MPa is near 1000), and of tau to
+|sigma_N| without units (a friction of 0.8 on planes of 45 degrees gives 9).
+"""
+
+STEEPEST, OFFSET = 20.0, 0.5
+"""Ratio of dilation to slip of planes of 87 degrees; largest first dilation or slip over its range."""
+
+CLOSING = 0.05
+"""Closure over the slip at the end of a test beyond which its sign may be the other one."""
+
+SIGNAL, OF_SIGNAL = 0.25, 3.0
+"""Largest correlation of neighbouring rows, and this in standard deviations of that of independent ones, of a
+dilation that is noise.
+"""
+
+SAME_ROWS, SAME_DIGITS = 0.9, 6
+"""Fraction of the rows of a test in another one that makes it a copy, and digits in which they agree."""
+
+USUAL = {"length": (1e-6, 1.0), "stress": (1e3, 2e8)}
+"""Usual sizes of the largest slip, in metres, and of the largest stress, in pascals."""
+
+FALL = 0.02
+"""Fall of the pressure, over its range, that ends the loading, and rise that ends the unloading."""
+
 # choice of a model
 
 GAIN, GAIN_OF_STRENGTHS = 6.0, 4.0
@@ -70,8 +149,10 @@ whose ratio to the pressure falls are no result.
 LEAST_DATA, MOST_ALIKE = 4.0, 0.98
 """Least number of independent data of a curve, and largest correlation of its neighbouring residuals."""
 
-NOISE = 0.6
-"""Independent data, over all, of residuals that are noise, so that no larger model is tried."""
+NOISE, ROWS_OF_NOISE = 0.6, 20
+"""Independent data, over all, of residuals that are noise, so that no larger model is tried; and rows of the
+shortest test beyond which that can be told.
+"""
 
 MOVED = 1.0
 """Change of the logarithm of a sum of squares, times its rows, below which noise hides what tells two forms
@@ -122,6 +203,11 @@ WEIGHTS, LEAST_RANGE = (0.2, 5.0), 0.05
 """Smallest and largest weight of the dilation, by which it has the scatter of the strength; and smallest
 scale of the dilation of a test, over the largest dilation of all tests, as one with less shows mostly noise.
 """
+
+# closure tests
+
+LARGEST_CLOSURES, STIFFNESSES = (1.0, 50.0), (1e-2, 1e3)
+"""Ranges of the largest closure over the measured one, and of the stiffness over pressure per closure."""
 
 # what counts as rigid
 

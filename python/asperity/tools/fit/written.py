@@ -15,6 +15,7 @@ from ...case_files import Run
 from ...contract import Floats
 from .columns import NONE
 from .model import KS, KT, SCALES, from_scale, to_scale
+from .thresholds import BEYOND
 
 DIGITS = 1.0e-4
 """Largest relative difference between a constant of a case and of its fit, which has more digits."""
@@ -27,9 +28,6 @@ GRADES = ("good", "fair", "poor")
 
 LARGEST = 1.0e30
 """Largest number in the file of a fit."""
-
-BEYOND = 1.01
-"""Ratio of a pressure or slip to those of the tests of a fit above which it lies beyond them."""
 
 
 def other_constant(
