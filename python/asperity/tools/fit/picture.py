@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from ...contract import Floats
+from .rigid import law_strengths
 from .shear_test import ShearTest
-from .strengths import StrengthFit, law_strengths
+from .strengths import StrengthFit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -179,6 +179,12 @@ SLOPES, SOFTENINGS = (LINE, PARABOLA, HYPERBOLA, BELL, WAVE, CONTRACTING), (DECA
 """Shapes in place of the slope of the law, and of its softening."""
 
 
+def climbing(mu: float, slope: Floats) -> Floats:
+    """Strength over pressure (n,) of a slip that climbs a slope (n,)."""
+    free = 1.0 - mu * slope
+    return np.where(free > FREE, (mu + slope) / np.maximum(free, FREE), LOCKED)
+
+
 def rigid_curve(
     test: ShearTest, u: Floats, values: Mapping[str, float], shape: Shape = SHAPES[LAW]
 ) -> tuple[Floats, Floats]:
@@ -213,6 +219,37 @@ def rigid_curve(
     if crush > 0.0 and slope > 0.0:
         share = np.minimum.accumulate(crushed(lambda share: forces(share)[0], mu, steep, crush, u.size))
     normal, along = forces(share)
-    free = 1.0 - mu * share * steep
-    ratio = np.where(free > FREE, (mu + share * steep) / np.maximum(free, FREE), LOCKED)
-    return np.where(u > 0.0, along + normal * ratio, 0.0), share * z
+    return np.where(u > 0.0, along + normal * climbing(mu, share * steep), 0.0), share * z
+
+
+def law_strengths(
+    pressure: Floats, values: Mapping[str, float], slip: Floats | float = np.inf
+) -> tuple[Floats, Floats]:
+    """Peak and residual strength of the law on two rigid sides, of which the slip climbs one, (n,) each.
+
+    pressure (n,).  slip (n,): at which the residual strength is read.  The slope T is crushed to rho T,
+    rho = log(1 + x)/x with x = (p/crush)(1 - mu (1 - rho) T) and the pressure p on the plane
+    (docs/extensions.md, section 7); with a height it is rho T exp(-slip T/H) at the residual strength, and
+    without one it has ended there.  A bond sigma0 pulls along the slope and presses its sides.  In tension
+    (p < 0) a flat joint holds sigma02 sqrt(1 - (p/sigma0)^2), sigma02 = sigma0 where it is not given.
+    """
+    tension, pressure = np.minimum(pressure, 0.0), np.maximum(pressure, 0.0)
+    mu, angle = values["mu"], float(np.radians(values.get("theta", 0.0)))
+    slope = float(np.tan(angle))
+    crush, height, share = values.get("crush", 0.0), values.get("height", 0.0), np.ones_like(pressure)
+    if crush > 0.0 and slope > 0.0:
+        share = crushed(lambda _: pressure, mu, slope, crush, pressure.size)
+    remaining = np.exp(-np.asarray(slip) * slope / height) if height > 0.0 else 0.0
+    peak, residual = (pressure * climbing(mu, share * slope * part) for part in (1.0, remaining))
+    bond = values.get("sigma0", 0.0)
+    if bond > 0.0:
+        along = values.get("sigma02", 0.0) or bond
+        pressed = np.sin(angle) * climbing(mu, share * slope)
+        rest = np.sqrt(np.maximum(0.0, 1.0 - (tension / bond) ** 2))
+        peak = peak + along * (np.cos(angle) + pressed) * rest
+    return peak, residual
+
+
+def law_peak(pressure: Floats, values: Mapping[str, float]) -> Floats:
+    """Peak strength of `law_strengths`."""
+    return law_strengths(pressure, values)[0]

@@ -11,7 +11,7 @@ from ... import contract
 from ...contract import Floats
 from .intervals import Estimate, quantiles
 from .model import AUTO, MORTAR, ROCK, check_known, from_scale, plausible, to_scale
-from .rigid import crushed
+from .rigid import law_peak, law_strengths
 from .search import least
 from .strength import Strength
 from .thresholds import (
@@ -31,48 +31,9 @@ from .thresholds import (
 from .verdict import Comparison, grade_of, without_spread
 
 
-def law_strengths(
-    pressure: Floats, values: Mapping[str, float], slip: Floats | float = np.inf
-) -> tuple[Floats, Floats]:
-    """Peak and residual strength of the law on two rigid sides, of which the slip climbs one, (n,) each.
-
-    pressure (n,).  slip (n,): at which the residual strength is read.  The slope T is crushed to rho T,
-    rho = log(1 + x)/x with x = (p/crush)(1 - mu (1 - rho) T) and the pressure p on the plane
-    (docs/extensions.md, section 7); with a height it is rho T exp(-slip T/H) at the residual strength, and
-    without one it has ended there.  A bond sigma0 pulls along the slope and presses its sides.  In tension
-    (p < 0) a flat joint holds sigma02 sqrt(1 - (p/sigma0)^2), sigma02 = sigma0 where it is not given.
-    """
-    tension, pressure = np.minimum(pressure, 0.0), np.maximum(pressure, 0.0)
-    mu, angle = values["mu"], float(np.radians(values.get("theta", 0.0)))
-    slope = float(np.tan(angle))
-    crush, height, share = values.get("crush", 0.0), values.get("height", 0.0), np.ones_like(pressure)
-    if crush > 0.0 and slope > 0.0:
-        share = crushed(lambda _: pressure, mu, slope, crush, pressure.size)
-    remaining = np.exp(-np.asarray(slip) * slope / height) if height > 0.0 else 0.0
-    peak, residual = (_climbing(pressure, mu, share * slope * part) for part in (1.0, remaining))
-    bond = values.get("sigma0", 0.0)
-    if bond > 0.0:
-        along = values.get("sigma02", 0.0) or bond
-        pressed = np.sin(angle) * _climbing(np.ones_like(pressure), mu, share * slope)
-        rest = np.sqrt(np.maximum(0.0, 1.0 - (tension / bond) ** 2))
-        peak = peak + along * (np.cos(angle) + pressed) * rest
-    return peak, residual
-
-
 def levels_of(pressure: Floats) -> int:
     """Number of different pressures."""
     return int(np.unique(np.round(pressure / max(float(np.abs(pressure).max()), 1e-300), 6)).size)
-
-
-def law_peak(pressure: Floats, values: Mapping[str, float]) -> Floats:
-    """Peak strength of `law_strengths`."""
-    return law_strengths(pressure, values)[0]
-
-
-def _climbing(pressure: Floats, mu: float, slope: Floats) -> Floats:
-    """Strength of a slip that climbs a slope; a thousand times the pressure where it locks."""
-    free = 1.0 - mu * slope
-    return np.asarray(pressure * np.where(free > 0.0, (mu + slope) / np.maximum(free, 1e-3), 1e3))
 
 
 MODELS = {

@@ -15,8 +15,9 @@ from asperity.case_files import drive, read_case
 from asperity.tools.fit import Fit, ShearTest, fit
 from asperity.tools.fit.model import Model
 from asperity.tools.fit.report import case_of
+from asperity.tools.fit.rigid import law_peak
 from asperity.tools.fit.strength import Strength
-from asperity.tools.fit.strengths import fit_strengths, law_peak
+from asperity.tools.fit.strengths import fit_strengths
 from asperity.tools.fit.verdict import Comparison, missed_peaks
 
 from harness.studies import fits, other_laws

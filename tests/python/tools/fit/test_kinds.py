@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import ast
 import html
 import json
 import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import FrameType
 
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern, read_case
+from asperity.tools import fit
 
 pytestmark = [pytest.mark.usefixtures("folder"), pytest.mark.filterwarnings("ignore::asperity.ModelWarning")]
 
@@ -177,3 +181,36 @@ def test_constants_that_are_not_determined(said: Callable) -> None:
     # some of its samples lock
     out, _ = said("uncertainty joint.nml --samples 20 --seed 1", code=3)
     assert text in out
+
+
+ROOM = Path(fit.__file__).parent
+
+
+def test_a_row_visits_twelve_modules(said: Callable) -> None:
+    """A row of a shear test is followed from file to report through at most 12 modules of the fit."""
+    rows = (f"{0.1 * i:.1f},{min(i, 5) * 0.2:.1f},{0.02 * i:.2f},-{p}" for p in (1, 2) for i in range(1, 21))
+    Path("tests.csv").write_text("\n".join(["slip,tau,dilation,sigma_N", *rows]) + "\n")
+    visited = set[str]()
+
+    def note(frame: FrameType, *_: object) -> None:
+        visited.add(frame.f_code.co_filename)
+
+    said("fit tests.csv", 3)  # modules are imported before
+    sys.setprofile(note)
+    try:
+        said("fit tests.csv", 3)
+    finally:
+        sys.setprofile(None)
+    assert 0 < len({path for path in map(Path, visited) if path.parent == ROOM}) <= 12
+
+
+def test_one_name_has_one_value() -> None:
+    """A constant of the fit stands in one module."""
+    places: dict[str, list[str]] = {}
+    for path in ROOM.glob("*.py"):
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            targets = node.targets if isinstance(node, ast.Assign) else []
+            names = {name.id for target in targets for name in ast.walk(target) if isinstance(name, ast.Name)}
+            for name in filter(str.isupper, names):
+                places.setdefault(name, []).append(path.name)
+    assert {name: files for name, files in places.items() if len({*files}) > 1} == {}
