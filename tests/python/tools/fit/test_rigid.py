@@ -11,7 +11,18 @@ import numpy as np
 import pandas
 import pytest
 from asperity.tools.fit import ShearTest, fit
-from asperity.tools.fit.rigid import DECAYING, FREE, LEAST, SHAPES, SLOPES, SOFTENINGS, WITHOUT, crushed
+from asperity.tools.fit.rigid import (
+    DECAYING,
+    FREE,
+    LAW,
+    LEAST,
+    SHAPES,
+    SLOPES,
+    SOFTENINGS,
+    WITHOUT,
+    crushed,
+    rigid_curve,
+)
 from scipy.special import gamma
 
 from harness.studies import fits, other_laws
@@ -38,19 +49,41 @@ def test_profiles(name: str) -> None:
 
 
 def test_shapes_of_the_page() -> None:
-    """The page lists the shapes with their names, and its formulas are those of the fit."""
+    """The page lists all shapes with their names, and its formulas are those of the fit."""
     page = (Path(__file__).parents[4] / "docs" / "how-to" / "fit.md").read_text()
-    shapes = page.partition("| shape of")[2]
-    rows = dict(re.findall(r"^\| (\S[^|]+) \| ([^|]+) \|$", shapes, re.MULTILINE))
-    assert {*SLOPES, *SOFTENINGS, WITHOUT} <= {*rows}
+    slopes, bonds = (
+        dict(re.findall(r"^\| (\S[^|]+) \| ([^|]+) \|$", part.partition("\n\n")[0], re.MULTILINE))
+        for part in page.split("| shape of")[1:]
+    )
+    assert {*slopes} == {"of the law", *SLOPES}
+    assert {*bonds} == {"of the law", *SOFTENINGS, WITHOUT}
+    assert {*SHAPES} == {LAW, *SLOPES, *SOFTENINGS, WITHOUT, f"{WITHOUT}, {DECAYING}"}
     names = {"exp": np.exp, "cos": np.cos, "max": np.maximum, "min": np.minimum, "pi": np.pi}
-    x = np.linspace(0.01, 5.0, 200)
-    fitted = {name: SHAPES[name].profile(x, 1.0, 1.0)[0] for name in SLOPES}
-    fitted[DECAYING] = SHAPES[DECAYING].softening(x, 0.0)
-    for name, expected in fitted.items():
-        formula = re.sub(r"(?<=[\w.)]) (?=[a-z(])", "*", rows[name].strip("`").replace("^", "**"))
+    x, peak = np.linspace(0.01, 5.0, 200), 0.3
+
+    def same(text: str, expected: np.ndarray) -> None:
+        formula = re.sub(r"(?<=[\w.)]) (?=[a-z(])", "*", text.split("`")[1].replace("^", "**"))
         # three digits
-        np.testing.assert_allclose(eval(formula, names | {"x": x}), expected, atol=0.01, err_msg=name)
+        np.testing.assert_allclose(
+            eval(formula, names | {"x": x, "p": peak}), expected, atol=0.01, err_msg=text
+        )
+
+    for name in (LAW, *SLOPES):
+        same(slopes[name or "of the law"], SHAPES[name].profile(x, 1.0, 1.0)[0])
+    for name in (LAW, *SOFTENINGS):
+        same(bonds[name or "of the law"], SHAPES[name].softening(x, peak))
+
+
+@pytest.mark.parametrize("of_bond", [LAW, DECAYING])
+def test_slope_without_friction(of_bond: str) -> None:
+    """The strength is that of a flat joint under the same opening, the dilation that of the law."""
+    values = {"mu": 0.6, "theta": 20.0, "height": 0.4, "sigma0": 0.5, "Gc": 0.1, "kT": 10.0, "eta": 0.999}
+    u = np.linspace(0.0, 2.0, 21)
+    test = ShearTest("a", u[1:], u[1:], None, -1.0)
+    name = f"{WITHOUT}, {of_bond}".removesuffix(", ")
+    tau, s_N = rigid_curve(test, u, values, SHAPES[name])
+    np.testing.assert_array_equal(tau, rigid_curve(test, u, values | {"theta": 0.0}, SHAPES[of_bond])[0])
+    np.testing.assert_array_equal(s_N, rigid_curve(test, u, values)[1])
 
 
 @pytest.mark.slow
