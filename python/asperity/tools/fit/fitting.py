@@ -23,11 +23,12 @@ from .intervals import (
     unseen,
     unseen_bond,
 )
-from .model import AUTO, CRUSHING, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS, Model, check_known
+from .model import AUTO, CRUSHING, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS, Model
 from .rigid import LAW, SHAPES, SLOPES, WITHOUT
 from .search import (
     Solution,
     by_law,
+    check_known,
     choose,
     criteria,
     guesses,
@@ -41,7 +42,7 @@ from .search import (
     shaped,
     with_crushing,
 )
-from .shear_test import ShearTest, check_copies, cycles, shows_dilation
+from .shear_test import ShearTest, check_copies, cycles, shows_dilation, under_pressure
 from .thresholds import GAIN, GOOD, NEAR, NO_WIDTH, STIFF, WEIGHTS
 from .verdict import (
     Comparison,
@@ -49,7 +50,6 @@ from .verdict import (
     Fit,
     blind,
     compared,
-    coverage,
     errors_of,
     grade_of,
     missed_peaks,
@@ -108,7 +108,7 @@ def fit(
     else:
         models = ladder(usable, joint, known, sides)
     rows = sum(test.slip.size for test in tests)
-    if not models and joint == ROCK and coverage(usable)[1] <= 0.0:
+    if not models and joint == ROCK and not under_pressure(usable):
         raise ValueError("no pressure: a joint without bond carries nothing: expected joint mortar or auto")
     if not models:
         raise ValueError(f"{rows} rows in {len(tests)} tests: expected at least 6, for two constants")
@@ -156,7 +156,7 @@ def _checked(
             f"{', '.join(bond)}: expected without {KS}, and not for rock: these are constants of a bond"
         )
     known = {name: contract.number(name, value) for name, value in fixed.items()}
-    if coverage(tests)[1] <= 0.0 and "mu" not in (free or ()):
+    if not under_pressure(tests) and "mu" not in (free or ()):
         # without a pressure no row shows the friction
         known.setdefault("mu", 0.0)
     if free is not None:
@@ -410,7 +410,7 @@ def _of_bond(
 
 def _of_friction(tests: Sequence[ShearTest], known: Mapping[str, float]) -> Iterator[tuple[bool, str]]:
     """The same of a friction that is assumed to be 0."""
-    if coverage(tests)[1] <= 0.0:
+    if not under_pressure(tests):
         yield (
             False,
             "no pressure: nothing is known about the friction; mu = 0 is assumed unless it is given",

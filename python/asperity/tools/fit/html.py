@@ -12,9 +12,8 @@ from pathlib import Path
 from ...case_writer import props_line
 from ...contract import props_table
 from .kinds import kind_of
-from .report import AnyFit
+from .report import AnyFit, coverage
 from .thresholds import CONFIDENCE
-from .verdict import coverage
 
 START = "<!-- asperity fit -->"
 """Start of the file."""

@@ -14,6 +14,7 @@ from .closure_test import ClosureTest
 from .closures import fit_closures
 from .fitting import fit
 from .prediction import (
+    Asked,
     Prediction,
     figure_of_closures,
     figure_of_curves,
@@ -40,8 +41,8 @@ class Kind:
     fit: of tests, with the arguments of `fit`.  refuses: options of the command that it does not have.
     doubts: what is unusual about the joint of a fit.  report: of a fit, with units, all of it or one screen.
     case, interface, residuals: case file, joint and rows of a fit; what the tests do not show is assumed.
-    figure: of a fit, with units and what tests are that are drawn as dashed lines.  predict: of a joint and
-    tests, with the other arguments of `predict`.  predicted: figure of a prediction, its tests and units.
+    figure: of a fit, with units and what tests are that are drawn as dashed lines.  predict: of what is asked
+    and tests.  predicted: figure of a prediction, its tests and units.
     """
 
     fit: Callable[..., AnyFit]
@@ -52,7 +53,7 @@ class Kind:
     interface: Callable[[Any], Interface]
     residuals: Callable[[Any], str]
     figure: Callable[[Any, tuple[str, str], str], Figure]
-    predict: Callable[..., Prediction]
+    predict: Callable[[Asked, Any], Prediction]
     predicted: Callable[[Prediction, Any, tuple[str, str]], Figure]
 
     def draw(self, found: AnyFit, units: tuple[str, str], path: Path, of_tests: str = "") -> None:
@@ -121,7 +122,7 @@ KINDS = {
         interface=lambda fit: fit.interface,
         residuals=closure_residuals,
         figure=lambda fit, units, _: closure_figure(fit, units),
-        predict=lambda joint, tests, *_: predicted_closures(joint, tests),
+        predict=predicted_closures,
         predicted=figure_of_closures,
     ),
 }

@@ -99,20 +99,6 @@ def material_of(values: Mapping[str, float]) -> Material:
     return Material.from_joint(kn=constants.pop("kc") * values[KS], ks=values[KS], **constants)
 
 
-def check_known(known: Mapping[str, float]) -> None:
-    """Check values of constants that are known from elsewhere, by name.  Raises ValueError."""
-    for name, value in known.items():
-        if not 0.0 <= value < np.inf:
-            raise ValueError(f"{name} = {value:g}: expected a finite value >= 0")
-    theta, eta = known.get("theta", 0.0), known.get("eta", 0.9)
-    if 0.0 < theta < 0.1:
-        raise ValueError(f"theta = {theta:g}: expected degrees, 0 or at least 0.1 (a radian is 57.3)")
-    if theta >= 90.0:
-        raise ValueError(f"theta = {theta:g}: expected 0 <= theta < 90")
-    if eta >= 1.0:
-        raise ValueError(f"eta = {eta:g}: expected below 1")
-
-
 def rows_of(test: ShearTest, rows: slice | NDArray[np.intp]) -> ShearTest:
     """Some rows of a test."""
     s_N, path_N = (None if column is None else column[rows] for column in (test.s_N, test.path_N))

@@ -16,9 +16,9 @@ from ..tables import size
 from .columns import NONE
 from .command import NO_RESULT, add_reading, read
 from .kinds import kind_of
-from .prediction import Prediction
-from .report import COLUMNS, compared_rows, file_of, heading
-from .verdict import AnyTest, coverage, short
+from .prediction import Asked, Prediction
+from .report import COLUMNS, compared_rows, coverage, file_of, heading
+from .verdict import AnyTest, short
 from .written import Written, other_constant, written_beside
 
 
@@ -30,15 +30,10 @@ def predict(
     slip: float = 0.0,
     fit: Written | None = None,
 ) -> Prediction:
-    """Curves of a joint for tests, with their pressures, stiffnesses and slips.
-
-    spring: stiffness in series with the joint, stress/length; 0: none.  direction: of the slip, degrees.
-    slip: to which the peak of strengths without a slip is searched, length.  fit: that of the joint, whose
-    covariance and model error give the intervals of the numbers.
-    """
+    """Curves of a joint for tests, with their pressures, stiffnesses and slips; the others as in `Asked`."""
     if not tests:
         raise ValueError("no test: expected one or more")
-    return kind_of(tests).predict(joint, tests, spring, direction, slip, fit)
+    return kind_of(tests).predict(Asked(joint, spring, direction, slip, fit), tests)
 
 
 def spring_of(run: Run) -> tuple[float, float, float]:

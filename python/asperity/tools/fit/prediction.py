@@ -80,21 +80,30 @@ class Prediction:
         return grade_of(max(value for name, value in self.rms.items() if name != "unloading"))
 
 
-def predicted_curves(
-    joint: Interface,
-    tests: Sequence[ShearTest],
-    spring: float,
-    direction: float,
-    slip: float,
-    fit: Written | None,
-) -> Prediction:
-    """Curves of a joint, as in `predict`; the slips are those of the tests."""
-    kind = OfCase if not spring else CyclesOfCase if cycles(tests) else SeriesOfCase
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """Joint whose curves are asked for.
+
+    spring: stiffness in series with the joint, stress/length; 0: none.  direction: of the slip, degrees.
+    slip: to which the peak of strengths without a slip is searched, length.  fit: that of the joint, whose
+    covariance and model error give the intervals of the numbers.
+    """
+
+    joint: Interface
+    spring: float = 0.0
+    direction: float = 0.0
+    slip: float = 0.0
+    fit: Written | None = None
+
+
+def predicted_curves(asked: Asked, tests: Sequence[ShearTest]) -> Prediction:
+    """Curves of a joint at the slips of the tests."""
+    kind = OfCase if not asked.spring else CyclesOfCase if cycles(tests) else SeriesOfCase
 
     def problem_of(props: Floats) -> OfCase:
-        return kind(tests, (), {}, direction=direction, of_case=props)
+        return kind(tests, (), {}, direction=asked.direction, of_case=props)
 
-    problem, values = problem_of(joint.props()), {KT: spring}
+    problem, values = problem_of(asked.joint.props()), {KT: asked.spring}
     curves = problem.curves(values)
     curves_of_tests, squares = [], dict[str, list[float]](tau=[], dilation=[])
     for test, (slips, rows_), (tau, s_N, done) in zip(problem.tests, problem.paths, curves, strict=True):
@@ -106,39 +115,32 @@ def predicted_curves(
         if test.s_N is not None and np.ptp(test.s_N) > 0.0:
             squares["dilation"].append(float(np.mean(((s_N[rows_] - test.s_N) / np.ptp(test.s_N)) ** 2)))
     comparisons = compared(problem, values)
-    intervals = _intervals(comparisons, lambda props: compared(problem_of(props), values), joint, fit)
+    intervals = _intervals(comparisons, lambda props: compared(problem_of(props), values), asked)
     return Prediction(tests, comparisons, _rms(comparisons, squares), curves_of_tests, intervals)
 
 
-def predicted_strengths(
-    joint: Interface,
-    tests: Sequence[Strength],
-    spring: float,
-    direction: float,
-    slip: float,
-    fit: Written | None,
-) -> Prediction:
-    """Strengths of a joint, as in `predict`; a spring does not change them."""
+def predicted_strengths(asked: Asked, tests: Sequence[Strength]) -> Prediction:
+    """Strengths of a joint, which a spring does not change."""
 
     def numbers(props: Floats) -> list[Comparison]:
-        return [_strength(props, test, direction, slip) for test in tests]
+        return [_strength(props, test, asked.direction, asked.slip) for test in tests]
 
-    rows = numbers(joint.props())
-    return Prediction(tests, rows, _rms(rows, {}), [], _intervals(rows, numbers, joint, fit))
+    rows = numbers(asked.joint.props())
+    return Prediction(tests, rows, _rms(rows, {}), [], _intervals(rows, numbers, asked))
 
 
 def _intervals(
     rows: Sequence[Comparison],
     numbers: Callable[[Floats], list[Comparison]],
-    joint: Interface,
-    fit: Written | None,
+    asked: Asked,
 ) -> list[dict[str, tuple[float, float]]]:
     """Intervals of the predicted numbers, by the covariance of a fit and twice its model errors."""
+    fit = asked.fit
     # a fit of the closure alone has kn, which is no constant of PROPS
     if fit is None or "kn" in fit.names:
         return []
     squares = [dict.fromkeys(set(row.errors), 0.0) for row in rows]
-    for factor, *ends in fit.moved(joint.props(), PART_OF_DEVIATION):
+    for factor, *ends in fit.moved(asked.joint.props(), PART_OF_DEVIATION):
         for square, below, above in zip(squares, *map(numbers, ends), strict=True):
             for name in square:
                 square[name] += (factor * (above.predicted[name] - below.predicted[name])) ** 2
@@ -156,11 +158,11 @@ def _intervals(
     return intervals
 
 
-def predicted_closures(joint: Interface, tests: Sequence[ClosureTest]) -> Prediction:
+def predicted_closures(asked: Asked, tests: Sequence[ClosureTest]) -> Prediction:
     """Closures of a joint; the unloading counts apart, as no elastic contact follows it."""
     squares, rows, curves = dict[str, list[float]](loading=[], unloading=[]), [], []
     for test in tests:
-        law = closure_of(joint, test)
+        law = closure_of(asked.joint, test)
         away = (law - test.closure + test.closure[0]) / test.size
         for name, part in (("loading", test.loading), ("unloading", test.unloading)):
             if part.size:

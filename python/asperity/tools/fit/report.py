@@ -19,7 +19,7 @@ from .model import KS, KT, MATERIAL, SCALES, UNITS
 from .shear_test import ShearTest, cycles, first_stroke
 from .strengths import StrengthFit
 from .thresholds import CONFIDENCE, FAIR, GOOD
-from .verdict import AnyTest, Comparison, Fit, coverage, short
+from .verdict import AnyTest, Comparison, Fit, short
 
 MOST_TURNS, MOST_TESTS, INCREMENTS_OF_CASE = 20, 8, 100
 """Most reversals that a case repeats; most tests of which the report shows the numbers; increments."""
@@ -194,6 +194,15 @@ def case_of(fit: Fit) -> str:
     joint, direction = (material, fit.interface.pattern), fit.solution.problem.direction
     text = shear_case("Shear box", *joint, tractions, turns, direction, k_N, fit.spring)
     return "".join(f"! {note}\n" for note in [first_upper(comment(fit)), *notes]) + text
+
+
+def coverage(tests: Sequence[AnyTest]) -> tuple[float, float, float]:
+    """Smallest and largest pressure, and largest slip of the tests: where the constants have been seen.
+
+    The slip is 0 without curves.
+    """
+    low, high, slip = zip(*(test.covers for test in tests), strict=True)
+    return min(low), max(high), max(slip)
 
 
 def first_upper(text: str) -> str:

@@ -43,6 +43,20 @@ Function = Callable[[Floats], Floats]
 """Residuals of a point."""
 
 
+def check_known(known: Mapping[str, float]) -> None:
+    """Check values of constants that are known from elsewhere, by name.  Raises ValueError."""
+    for name, value in known.items():
+        if not 0.0 <= value < np.inf:
+            raise ValueError(f"{name} = {value:g}: expected a finite value >= 0")
+    theta, eta = known.get("theta", 0.0), known.get("eta", 0.9)
+    if 0.0 < theta < 0.1:
+        raise ValueError(f"theta = {theta:g}: expected degrees, 0 or at least 0.1 (a radian is 57.3)")
+    if theta >= 90.0:
+        raise ValueError(f"theta = {theta:g}: expected 0 <= theta < 90")
+    if eta >= 1.0:
+        raise ValueError(f"eta = {eta:g}: expected below 1")
+
+
 def ladder(tests: Sequence[ShearTest], joint: str, known: Mapping[str, float], sides: int) -> list[Model]:
     """Models that the tests may show, simplest first; known: values that the user has given.
 

@@ -135,6 +135,11 @@ def cycles(tests: Sequence[ShearTest]) -> bool:
     return any(first_stroke(test).stop < test.slip.size for test in tests)
 
 
+def under_pressure(tests: Sequence[ShearTest]) -> bool:
+    """Whether a first stroke is under a pressure, without which no row shows the friction."""
+    return max(test.covers[1] for test in tests) > 0.0
+
+
 def noise(values: Floats) -> float:
     """Standard deviation of the noise of a curve, from its second differences."""
     second = np.diff(values, 2)

@@ -10,9 +10,9 @@ import numpy as np
 from ... import contract
 from ...contract import Floats
 from .intervals import Estimate, quantiles
-from .model import AUTO, MORTAR, ROCK, check_known, from_scale, plausible, to_scale
+from .model import AUTO, MORTAR, ROCK, from_scale, plausible, to_scale
 from .rigid import law_peak, law_strengths
-from .search import least
+from .search import check_known, least
 from .strength import Strength
 from .thresholds import (
     AT_BOUND,

@@ -324,15 +324,6 @@ def short(name: str) -> str:
     return text if len(text) <= 27 else f"...{text[-24:]}"
 
 
-def coverage(tests: Sequence[AnyTest]) -> tuple[float, float, float]:
-    """Smallest and largest pressure, and largest slip of the tests: where the constants have been seen.
-
-    The slip is 0 without curves.
-    """
-    low, high, slip = zip(*(test.covers for test in tests), strict=True)
-    return min(low), max(high), max(slip)
-
-
 @dataclass(eq=False)
 class Fit:
     """Identified constants, their intervals, and the judgement of both.
