@@ -14,9 +14,8 @@ from .report import (
     cell_of,
     comment,
     compared_rows,
-    constant_rows,
     first_upper,
-    verdict,
+    sheet,
 )
 
 if TYPE_CHECKING:
@@ -27,20 +26,14 @@ def closure_report(fit: ClosureFit, units: tuple[str, str] = NONE, verbose: bool
     """Report of a fit of closure tests."""
     rows = sum(len(test.loading) for test in fit.tests)
     pressures = [float(pressure) for test in fit.tests for pressure in test.pressure[test.loading[[0, -1]]]]
-    lines = [
-        f"tests       {len(fit.tests)} closure test{'s' if len(fit.tests) > 1 else ''}, {rows} rows of "
-        "loading, pressure "
-        f"{min(pressures):.4g} to {max(pressures):.4g} {units[1]}",
-        f"model       {fit.model_text}",
-        "",
-        *compared_rows(fit.tests, fit.fitted, fit.blind, verbose, units=units),
-        "",
-        *constant_rows(fit.estimates, units),
-    ]
+    tests = (
+        f"{len(fit.tests)} closure test{'s' if len(fit.tests) > 1 else ''}, {rows} rows of loading, "
+        f"pressure {min(pressures):.4g} to {max(pressures):.4g} {units[1]}"
+    )
+    numbers = compared_rows(fit.tests, fit.fitted, fit.blind, verbose, units=units)
     back = [error for error, test in zip(fit.unloading, fit.tests, strict=True) if len(test.unloading)]
-    if back:
-        lines += ["", f"unloading   predicted, missed by {max(back):.1%} of the closure"]
-    return "\n".join([*lines, "", *verdict(fit)])
+    more = ["", f"unloading   predicted, missed by {max(back):.1%} of the closure"] if back else []
+    return sheet(tests, [], numbers, fit, units, more)
 
 
 def closure_case(fit: ClosureFit) -> str:

@@ -43,25 +43,35 @@ def report(fit: Fit, units: tuple[str, str] = NONE, verbose: bool = False) -> st
     """Report of a fit; verbose: also all tests, the models of the ladder and the correlations."""
     tests = fit.tests
     low, high, slip = coverage(tests)
-    lines = [
-        f"tests       {len(tests)}, {sum(test.slip.size for test in tests)} rows, pressure "
-        f"{low:.4g} to {high:.4g} "
-        f"{units[1]}, slip to {slip:.4g} {units[0]}",
-        f"model       {fit.model_text}",
-        "scatter     "
-        + ", ".join(f"{name} {value:.1%}" for name, value in fit.scatter.items())
-        + " of the range of each test",
-        "",
-        *compared_rows(tests, fit.fitted, fit.blind, verbose, units=units),
-        "",
-        *constant_rows(fit.estimates, units, fit.loose),
-        *_assumptions(fit),
-    ]
+    scatter = ", ".join(f"{name} {value:.1%}" for name, value in fit.scatter.items())
+    more = [*_assumptions(fit)]
     if verbose:
         steps = ", ".join(f"{'+'.join(free)} {value:+.1f}" for free, value in fit.models)
-        lines += ["", f"ladder      information criterion over that of the choice: {steps}"]
-        lines += _correlations(fit.free, fit.covariance)
-    return "\n".join([*lines, "", *verdict(fit)])
+        more += ["", f"ladder      information criterion over that of the choice: {steps}"]
+        more += _correlations(fit.free, fit.covariance)
+    return sheet(
+        f"{len(tests)}, {sum(test.slip.size for test in tests)} rows, pressure {low:.4g} to {high:.4g} "
+        f"{units[1]}, slip to {slip:.4g} {units[0]}",
+        [f"scatter     {scatter} of the range of each test"],
+        compared_rows(tests, fit.fitted, fit.blind, verbose, units=units),
+        fit,
+        units,
+        more,
+    )
+
+
+def sheet(
+    tests: str,
+    scatter: Sequence[str],
+    numbers: Sequence[str],
+    fit: AnyFit,
+    units: tuple[str, str],
+    more: Sequence[str] = (),
+) -> str:
+    """Report of any fit: tests, model, numbers of the tests, constants, what else is said, and verdict."""
+    head = [f"tests       {tests}", f"model       {fit.model_text}", *scatter]
+    constants = constant_rows(fit.estimates, units, fit.loose)
+    return "\n".join([*head, "", *numbers, "", *constants, *more, "", *verdict(fit)])
 
 
 def compared_rows(

@@ -14,10 +14,10 @@ from .report import (
     cell_of,
     comment,
     compared_rows,
-    constant_rows,
+    coverage,
     first_upper,
     shear_case,
-    verdict,
+    sheet,
 )
 from .strengths import StrengthFit
 
@@ -27,19 +27,10 @@ EARLY, PAST_PEAK = 0.02, 1.25
 
 def strength_report(fit: StrengthFit, units: tuple[str, str] = NONE, verbose: bool = False) -> str:
     """Report of a fit of strengths without curves."""
-    pressures = [0.0 - test.sigma_N for test in fit.tests]
-    lines = [
-        (
-            f"tests       {len(fit.tests)} strengths, pressure {min(pressures):.4g} to "
-            f"{max(pressures):.4g} {units[1]}"
-        ),
-        f"model       {fit.model_text}",
-        "",
-        *compared_rows(fit.tests, fit.fitted, fit.blind, verbose, peaks=fit.peaks, units=units),
-        "",
-        *constant_rows(fit.estimates, units, fit.loose),
-    ]
-    return "\n".join([*lines, "", *verdict(fit)])
+    low, high, _ = coverage(fit.tests)
+    tests = f"{len(fit.tests)} strengths, pressure {low:.4g} to {high:.4g} {units[1]}"
+    numbers = compared_rows(fit.tests, fit.fitted, fit.blind, verbose, peaks=fit.peaks, units=units)
+    return sheet(tests, [], numbers, fit, units)
 
 
 def strength_case(fit: StrengthFit) -> str:
