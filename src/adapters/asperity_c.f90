@@ -272,7 +272,7 @@ contains
         if (associated(goal)) frozen = goal(:, failed)
         call explain_point(joint, start, to(:, failed), states(:, failed), text, frozen)
         text = point_text(failed, n) // text
-      else if (.not. energies) then
+      else if (n > 0 .and. .not. energies) then
         states([v_rupture, v_friction], :) = ieee_value(0.0_wp, ieee_quiet_nan)
         if (joint%cap%peak > 0.0_wp) states(cap_statev(joint%pattern%n, joint%material%wears) + 1, :) = &
           ieee_value(0.0_wp, ieee_quiet_nan)

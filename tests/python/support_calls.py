@@ -186,11 +186,13 @@ def c_update(
     tangent: bool = True,
     size: int = 400,
     aim: np.ndarray | None = None,
+    function: str = "asperity_update",
     **sizes: int,
 ) -> Written:
-    """Call asperity_update, points in columns: stress, state, tangent, status, message; aim None: NULL.
+    """Call asperity_update or asperity_iterate, points in columns: stress, state, tangent, status, message.
 
-    size: bytes of the message, 0: NULL.  sizes: n, nprops and nstatv, absent: those of the arrays.
+    aim None: NULL.  size: bytes of the message, 0: NULL.  sizes: n, nprops and nstatv, absent: those of the
+    arrays.
     """
     n, nstatv = s.shape[1], len(state)
     out = Written(
@@ -201,7 +203,7 @@ def c_update(
     )
     text = ctypes.create_string_buffer(b"#" * (size + FENCE), size + FENCE)
     out.by(
-        library.asperity_update,
+        library[function],
         *(address(props), sizes.get("nprops", len(props)), ctypes.c_double(dt), sizes.get("n", n)),
         *(address(s_old), address(s), address(aim), address(None), sizes.get("nstatv", nstatv)),
         *(out.at("state"), out.at("stress")),

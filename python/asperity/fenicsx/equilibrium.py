@@ -24,7 +24,7 @@ from .model import Model
 from .newton import SOFT, Task, newton, share
 from .passes import PASSES, Passed, by_passes
 from .ranks import agree, doubles, expect, largest, real, total, whole
-from .response import Clock, LawError
+from .response import Clock, LawError, respond
 from .state import State
 from .tangent import equations_of, words_of
 from .water import WATER, Water, WaterError
@@ -235,9 +235,11 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
     nothing = np.zeros(model.n * model.d)
     new: State | None = None
     if not reason and done and done.found.response:
-        found, r = done.found, done.found.response
+        found, t = done.found, done.found.response.t
+        # iterates have no dissipated energies
+        joints = respond(model, state, found.s, terms.dt, p, clock=clock).joints
         new = State(
-            found.x, found.s, r.t, r.joints, p, found.balance.reaction + load, state.stress, nothing, nothing,
+            found.x, found.s, t, joints, p, found.balance.reaction + load, state.stress, nothing, nothing,
             max(state.scale, found.balance.size), state.floating or found.floating,
             state.at if terms.at is None else terms.at,
         )  # fmt: skip

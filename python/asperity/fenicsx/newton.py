@@ -99,7 +99,7 @@ class Balance:
 class Found:
     """Where the iterations end, `good` as equilibrium.
 
-    balance: of the forces at x.
+    balance: of the forces at x.  response: that of an iterate, without dissipated energies.
     """
 
     good: bool
@@ -169,8 +169,8 @@ def newton(
     residuals: list[float] = []
     now = Balance(0.0 * x, 0.0 * x, np.nan, np.nan, np.nan, 0.0)
 
-    def at(s: Floats, iterate: bool = True) -> Response:
-        return respond(m, start, s, task.dt, task.p, aim, clock, iterate)
+    def at(s: Floats) -> Response:
+        return respond(m, start, s, task.dt, task.p, aim, clock, iterate=True)
 
     def balance(new: Response | None) -> None:
         nonlocal response, now
@@ -186,10 +186,10 @@ def newton(
         balance(at(s))
         before = x, s, response
         for iteration in range(most + 1):
-            if now.residual <= now.enough:
+            if iteration and now.residual <= now.enough:
                 # what belongs to x itself counts: separations that went far and back have rounding errors
                 s = m.separations(x)
-                balance(at(s, iterate=False))
+                balance(at(s))
             residuals.append(now.residual)
             if not np.isfinite(now.residual):
                 return found(False, "the residual is not finite")
