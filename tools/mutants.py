@@ -32,7 +32,7 @@ EQUIVALENT = Path("tests/equivalent_mutants.csv")
 WORK = Path("build/mutants")
 COPIED = ["CMakeLists.txt", "pyproject.toml", "cmake", "src", "harness", "tests"]
 # They repeat the same calls on many threads, compile another project, or judge the solver for long.
-LEFT_OUT = {"test_package", "threads", "test_solver_soak", "test_branch_soak"}
+LEFT_OUT = {"test_package", "threads", "test_solver_soak", "test_slips_across", "test_branch_soak"}
 # of the random calls of each routine, which notice few mutants that nothing else notices
 CALLS = "400"
 # A test that takes so many times its usual time, and at least so many seconds, has noticed the mutant.

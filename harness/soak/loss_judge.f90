@@ -2,8 +2,8 @@
 !> whether the law is discontinuous where the motion under the prescribed tractions ends.
 !>
 !> One free separation: its traction is computed at many values, and the extreme is refined. Several free separations:
-!> the residual is computed on a grid, and Newton's method starts from the best grid points. Every trial is one
-!> increment from the state of the point, without time and wear.
+!> the residual is computed on two grids, near the point and over a wide range, and Newton's method starts from the best
+!> places of both. Every trial is one increment from the state of the point, without time and wear.
 module loss_judge
   use asperity_equations, only: control_type, equations_type, evaluate, farthest_equilibrium, new_equations, &
     point_type, unstable
@@ -21,17 +21,22 @@ module loss_judge
 
 contains
 
-  !> Examine the loss of a point under prescribed values: kind of the loss, and the place of an equilibrium.
-  subroutine examine_loss(law, control, given, point, kind, place)
+  !> Examine the loss of a point under prescribed values: kind of the loss, and the place of an equilibrium, whatever
+  !> the kind.
+  subroutine examine_loss(law, control, given, point, kind, place, nearby, wide)
     class(point_law), intent(in) :: law             !! the law
     type(control_type), intent(in) :: control       !! what is prescribed, at least one traction
     real(wp), intent(in) :: given(3)                !! its values
     type(point_type), intent(in) :: point           !! the last point found
     integer, intent(out) :: kind                    !! of the loss
     real(wp), intent(out) :: place(3)               !! separation of the equilibrium, if there is one, length
+    logical, intent(out) :: nearby                  !! whether it is stable and within s_f of the point
+    logical, intent(in) :: wide                     !! false: several free separations are scanned near the point alone
     !> Range to each side, as multiples of s_f, of the largest separation so far, and of the closing under the
     !> prescribed tractions; largest range, as a fraction of the separation beyond which the solver stops a motion.
     real(wp), parameter :: around = 5.0_wp, of_farthest = 0.5_wp
+    !> Grid points for each of two and of three separations.
+    integer, parameter :: near_points(3) = [1, 81, 21], wide_points(3) = [1, 201, 41]
     type(control_type) :: at_once
     type(equations_type) :: equations
     real(wp) :: reach
@@ -44,9 +49,16 @@ contains
       maxval(merge(abs(given)/law%least_stiffness, abs(given), control%traction)))
     reach = min(reach, farthest_equilibrium(law, equations, of_farthest))
     if (count(control%traction) == 1) then
+      nearby = .false.
       call scan_line(law, equations, point, reach, has_equilibrium, place)
     else
-      call scan_grid(law, equations, point, reach, has_equilibrium, place)
+      ! with viscous damage or a dashpot there are equilibria at every separation, as no time passes
+      nearby = .not. law%rate_dependent
+      place = point%s
+      if (nearby) call scan_grid(law, equations, point, near_points, point%s, law%s_f, nearby, place)
+      has_equilibrium = nearby
+      if (wide .and. .not. nearby) call scan_grid(law, equations, point, wide_points, 0.0_wp*point%s, reach, &
+        has_equilibrium, place)
     end if
     kind = merge(loss_elsewhere, loss_none_found, has_equilibrium)
     if (.not. law%discontinuous) return
@@ -111,52 +123,54 @@ contains
   end subroutine scan_line
 
   !> Several free separations.
-  subroutine scan_grid(law, equations, point, reach, has_equilibrium, place)
+  subroutine scan_grid(law, equations, point, points, middle, reach, has_equilibrium, place)
     class(point_law), intent(in) :: law             !! the law
     type(equations_type), intent(inout) :: equations   !! the equations
     type(point_type), intent(in) :: point           !! where the search ended
-    real(wp), intent(in) :: reach                   !! range of the separations to both sides, length
+    integer, intent(in) :: points(3)                !! of the grid for each of one, two and three separations
+    real(wp), intent(in) :: middle(3)               !! of the grid, length
+    real(wp), intent(in) :: reach                   !! range of the separations to both sides of it, length
     logical, intent(out) :: has_equilibrium         !! whether there is an equilibrium
     real(wp), intent(out) :: place(3)               !! separation of the equilibrium or of the best grid point, length
-    !> Grid points for each of two and of three separations; number of best points from which Newton's method starts.
-    integer, parameter :: points(3) = [1, 201, 41], starts = 20
-    type(point_type) :: at
-    type(newton_type) :: result
+    !> Number of best places from which Newton's method starts.
+    integer, parameter :: starts = 40
     !> A candidate counts only if its residual is below this fraction of the residual at the last point.
     real(wp), parameter :: closer = 0.1_wp
-    real(wp) :: best(starts), error, here, r(3), seeds(3, starts), size_of, x(3)
-    integer :: i, j, k, n
+    type(point_type) :: at
+    type(newton_type) :: result
+    real(wp), allocatable :: sizes(:)
+    logical, allocatable :: lowest(:)
+    real(wp) :: error, here, r(3), x(3)
+    integer :: all_points, i, j, n, stride
 
-    has_equilibrium = .false.
     n = count(equations%control%traction)
-    best = huge(best)
-    seeds = 0.0_wp
-    x = point%s
-    call evaluate(law, equations, x, 0.0_wp, at, r, error)
+    all_points = points(n)**n
+    allocate (sizes(0:all_points - 1), source=huge(1.0_wp))
+    call evaluate(law, equations, point%s, 0.0_wp, at, r, error)
     here = maxval(abs(r))
-    do i = 0, points(n)**n - 1
-      k = i
-      do j = 1, size(x)
-        if (.not. equations%control%traction(j)) cycle
-        x(j) = reach*(2.0_wp*real(modulo(k, points(n)), wp)/real(points(n) - 1, wp) - 1.0_wp)
-        k = k/points(n)
-      end do
-      call evaluate(law, equations, x, 0.0_wp, at, r, error)
-      if (error >= huge(error)) cycle
-      size_of = maxval(abs(r))
-      k = maxloc(best, 1)
-      if (size_of < best(k)) then
-        best(k) = size_of
-        seeds(:, k) = x
-      end if
+    do i = 0, all_points - 1
+      call evaluate(law, equations, grid_place(i), 0.0_wp, at, r, error)
+      if (error < huge(error)) sizes(i) = maxval(abs(r))
     end do
-    place = merge(seeds(:, minloc(best, 1)), equations%target, equations%control%traction)
+    place = merge(grid_place(minloc(sizes, 1) - 1), equations%target, equations%control%traction)
+    ! places that are better than those beside them
+    allocate (lowest(0:all_points - 1))
+    lowest = sizes < huge(1.0_wp)
+    do j = 0, n - 1
+      stride = points(n)**j
+      lowest(stride:) = lowest(stride:) .and. sizes(stride:) <= sizes(:all_points - 1 - stride)
+      lowest(:all_points - 1 - stride) = lowest(:all_points - 1 - stride) .and. &
+        sizes(:all_points - 1 - stride) <= sizes(stride:)
+    end do
+    has_equilibrium = .false.
     do i = 1, starts
-      if (.not. best(i) < huge(best)) cycle
-      at%s = seeds(:, i)
+      if (.not. any(lowest)) exit
+      j = minloc(sizes, 1, mask=lowest) - 1
+      lowest(j) = .false.
+      at%s = grid_place(j)
       call newton_solve(law, equations, 0.0_wp, huge(1.0_wp), at, result)
       x = at%s
-      if (.not. result%converged .or. maxval(abs(x), mask=equations%control%traction) > reach) cycle
+      if (.not. result%converged .or. maxval(abs(x - middle), mask=equations%control%traction) > reach) cycle
       if (unstable(result%last, law%stiffness)) cycle
       call evaluate(law, equations, x, 0.0_wp, at, r, error)
       if (maxval(abs(r)) > closer*here) cycle
@@ -164,6 +178,24 @@ contains
       place = at%s
       exit
     end do
+
+  contains
+
+    !> Separations of a grid point.
+    pure function grid_place(number) result(s)
+      integer, intent(in) :: number   !! of the point, from 0
+      real(wp) :: s(3)
+      integer :: component, rest
+      s = point%s
+      rest = number
+      do component = 1, size(s)
+        if (.not. equations%control%traction(component)) cycle
+        s(component) = middle(component) + reach*(2.0_wp*real(modulo(rest, points(n)), wp)/real(points(n) - 1, wp) - &
+          1.0_wp)
+        rest = rest/points(n)
+      end do
+    end function grid_place
+
   end subroutine scan_grid
 
   !> Largest change of a free traction over a distance that is too short for any stiffness of the law, stress; 0 if it

@@ -12,19 +12,24 @@ module soak_options
     integer :: samples = 0               !! number of scenes
     integer :: only = 0                  !! the only scene to run, 0: all
     integer(int64) :: seed = 1_int64     !! 1..largest_seed
+    logical :: across = .false.          !! slips free across alone, in a program that has this option
     logical :: quiet = .false.           !! without progress
   end type options_type
 
 contains
 
   !> Read the options of the command; the program stops with a message if one is not admissible.
-  subroutine read_options(program, samples, options)
+  subroutine read_options(program, samples, options, has_across)
     character(len=*), intent(in) :: program        !! its name
     integer, intent(in) :: samples                 !! default number of scenes
+    logical, intent(in), optional :: has_across    !! true: with the option --across
     type(options_type), intent(out) :: options     !! values
     character(len=200) :: argument, option
     integer(int64) :: number
     integer :: a, status
+    logical :: knows_across
+    knows_across = .false.
+    if (present(has_across)) knows_across = has_across
     options%samples = samples
     a = 1
     do while (a <= command_argument_count())
@@ -44,6 +49,9 @@ contains
         options%only = int(number)
       case ("--seed")
         options%seed = number
+      case ("--across")
+        options%across = .true.
+        if (.not. knows_across) number = 0_int64
       case ("--quiet")
         options%quiet = .true.
       case default
@@ -52,7 +60,8 @@ contains
       if (number < 1_int64 .or. number > largest_seed .or. &
         (a > command_argument_count() .and. options%only > options%samples)) then
         write (error_unit, "(a)") program // ": " // trim(option) // " " // trim(argument) // ": usage: " // &
-          program // " [--samples N] [--only I] [--seed S] [--quiet], N >= 1 (" // &
+          program // " [--samples N] [--only I] [--seed S] " // repeat("[--across] ", merge(1, 0, &
+          knows_across)) // "[--quiet], N >= 1 (" // &
           integer_text(samples) // "), S from 1 to " // integer_text(int(largest_seed)) // &
           " (1), I from 1 to N: that one alone"
         stop 1

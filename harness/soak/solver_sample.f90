@@ -3,8 +3,8 @@ module solver_sample
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_checks, only: bounded
   use asperity_text, only: integer_text, to_text
-  use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_m, p_mu, p_sigma0, p_theta, p_turn, &
-    plane_statev, prop_table, status_ok
+  use asperity_contract, only: n_fixed_props, p_damage0, p_eta, p_fc, p_flat, p_gc, p_gfc, p_height, p_kc, p_m, &
+    p_mu, p_sigma0, p_theta, p_turn, plane_statev, prop_table, status_ok
   use asperity_initial, only: carry_traction
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
@@ -15,8 +15,8 @@ module solver_sample
   use asperity_tolerances, only: smallest_fraction
   use loss_judge, only: examine_loss, loss_discontinuous, loss_elsewhere, loss_none_found
   use solver_judge, only: judge_row, verdict_type
-  use random_constants, only: constants_text, draw_constants
-  use random_numbers, only: draw, pick, seed_of, uniform
+  use random_constants, only: constants_text, draw_constant, draw_constants
+  use random_numbers, only: chance, draw, pick, seed_of, uniform
   implicit none
   private
   public :: draw_sample, run_sample, describe
@@ -37,6 +37,7 @@ module solver_sample
   !> Random values of a sample.
   type, public :: sample_type
     integer :: load = confined
+    logical :: across = .false.         !! whether it is drawn by `turn_across`
     integer :: direction = 0            !! of the slip, degrees
     real(wp) :: props(n_fixed_props) = prop_table%default   !! constants; the duration of an increment is 1
     real(wp) :: sigma_n = 0.0_wp        !! constant normal traction, stress
@@ -50,13 +51,14 @@ module solver_sample
   end type sample_type
 
   !> What is counted of a sample: paths followed to their end; losses where a scan finds no equilibrium, where the
-  !> motion stops as the law is discontinuous, and without either cause; increments that met the limit of updates; those
+  !> motion stops as the law is discontinuous, and without either cause; losses of any of these kinds with a stable
+  !> equilibrium within s_f; increments that met the limit of updates; those
   !> of them with another equilibrium; viscous losses, which the prescribed values open without bound; rows that are not
   !> finite or no equilibrium, that jump without a reported snap, whose energies do not balance; snaps; increments
   !> solved, and of the path; updates of the law.
-  integer, parameter, public :: n_counts = 14, completed = 1, none_found = 2, stopped = 3, unexplained = 4, &
+  integer, parameter, public :: n_counts = 15, completed = 1, none_found = 2, stopped = 3, unexplained = 4, &
     limited = 5, stuck = 6, away = 7, wrong = 8, unreported = 9, unbalanced = 10, snaps = 11, increments = 12, &
-    all_increments = 13, updates = 14
+    all_increments = 13, updates = 14, near = 15
 
   !> Result of a sample.
   type, public :: outcome_type
@@ -70,10 +72,11 @@ module solver_sample
 contains
 
   !> Draw a sample.
-  subroutine draw_sample(seed, sample, branch)
+  subroutine draw_sample(seed, sample, branch, across)
     integer(int64), intent(inout) :: seed       !! 1..largest_seed
     type(sample_type), intent(out) :: sample    !! the sample
     logical, intent(in), optional :: branch     !! with constants that a branch admits, and virgin; absent: any
+    logical, intent(in), optional :: across     !! a slip free across (`turn_across`); absent: any
     real(wp), parameter :: thetas(6) = [0.0_wp, 15.0_wp, 25.0_wp, 30.0_wp, 35.0_wp, 45.0_wp]
     real(wp), parameter :: mus(4) = [0.0_wp, 0.5_wp, 0.5_wp, 1.2_wp], etas(3) = [0.9_wp, 0.9_wp, 0.99_wp]
     !> Smallest and largest pressure, relative to sigma0, and step, relative to s_f, of the logarithmic distributions.
@@ -113,6 +116,9 @@ contains
         where (.not. prop_table%on_branch) props = 0.0_wp
         sample%initial = 0
       end if
+      if (present(across)) then
+        if (across) call turn_across(other, sample)
+      end if
       ! the slip is along Tx, and the pattern is rotated instead
       if (sample%load /= confined) props(p_turn) = -real(sample%direction, wp)
     end associate
@@ -139,6 +145,32 @@ contains
     end do
     if (pick(seed, one_in) == 1) call steepen(seed, sample)
   end subroutine vary
+
+  !> Make a sample a slip free across of a virgin joint with a height, without fc. Half of them have no friction, half
+  !> no constants with a default beside height, kc and damage0.
+  subroutine turn_across(seed, sample)
+    integer(int64), intent(inout) :: seed           !! 1..largest_seed
+    type(sample_type), intent(inout) :: sample      !! the sample, its interface not set
+    !> Smallest and largest step, relative to s_f; largest number of inclined planes.
+    real(wp), parameter :: steps(2) = [0.02_wp, 0.1_wp]
+    integer, parameter :: most_planes = 8
+    logical :: kept(n_fixed_props)
+    sample%load = free_across
+    sample%across = .true.
+    sample%initial = 0
+    sample%step = sf*steps(1)*(steps(2)/steps(1))**uniform(seed)
+    associate (props => sample%props)
+      props(p_m) = real(1 + pick(seed, most_planes - 1), wp)
+      if (chance(seed, 0.5_wp)) then
+        kept = .false.
+        kept([p_sigma0, p_gc, p_eta, p_mu, p_theta, p_m, p_flat, p_kc, p_damage0]) = .true.
+        where (.not. kept) props = prop_table%default
+      end if
+      props([p_fc, p_gfc]) = 0.0_wp
+      call draw_constant(seed, p_height, props)
+      if (chance(seed, 0.5_wp)) props(p_mu) = 0.0_wp
+    end associate
+  end subroutine turn_across
 
   !> Draw a sample that tends to end in a fold: steep planes, a small flat plane or none, little normal traction.
   subroutine steepen(seed, sample)
@@ -263,8 +295,11 @@ contains
     type(verdict_type) :: verdict
     type(point_type) :: old
     character(len=len(outcome%why)) :: why
+    !> Part of what is left of an increment at which a loss is examined.
+    real(wp), parameter :: beyond = 1.0e-4_wp
     real(wp) :: place(3), reached, values(3)
     integer :: kind
+    logical :: nearby
 
     old = point
     call advance(sample%law, control, start, target, point, reached, report)
@@ -295,15 +330,19 @@ contains
         " updates of the law"
       return
     end if
-    ! just beyond the fold
-    values = ramp(start, target, reached + 2.0_wp*smallest_fraction)
-    call examine_loss(sample%law, control, values, point, kind, place)
+    ! beyond the fold, where it is no longer an equilibrium within the tolerance
+    values = ramp(start, target, reached + max(2.0_wp*smallest_fraction, beyond*(1.0_wp - reached)))
+    call examine_loss(sample%law, control, values, point, kind, place, nearby, &
+      wide=.not. sample%across)
+    outcome%counts(near) = merge(1, 0, nearby)
     outcome%counts([none_found, stopped, unexplained]) = merge(1, 0, kind == [loss_none_found, loss_discontinuous, &
       loss_elsewhere])
     outcome%counts(stuck) = outcome%counts(limited)*outcome%counts(unexplained)
     why = ""
     if (report%ended == ended_limit) why = " limit of updates reached;"
-    if (kind == loss_elsewhere) why = trim(why) // " there is an equilibrium at s = " // &
+    if (report%jumps > 0) why = " the law jumps from " // to_text(report%sides(1)) // " to " // &
+      to_text(report%sides(2)) // ";"
+    if (nearby .or. kind == loss_elsewhere) why = trim(why) // " there is an equilibrium at s = " // &
       to_text(place(1)) // ", " // to_text(place(2)) // ", " // to_text(place(3))
     if (len_trim(why) == 0) return
     ! rows before it may have a complaint, too

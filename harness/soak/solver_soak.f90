@@ -1,5 +1,6 @@
 !> Soak run of the mixed solver: random interfaces, loads and increments. The run reports the solved fraction and its
-!> cost, judges every row, and checks by a scan that no equilibrium exists where the solver finds none.
+!> cost, judges every row, and checks by a scan that no equilibrium exists where the solver finds none. With --across
+!> the samples are slips free across of joints with a height alone, where a loss is scanned within s_f.
 program solver_soak
   use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
   use asperity_kinds, only: wp
@@ -7,7 +8,7 @@ program solver_soak
   use progress_line, only: start_progress, clear_progress, progress_type, show_progress
   use soak_options, only: options_type, read_options
   use solver_sample, only: all_increments, away, completed, describe, draw_sample, increments, limited, &
-    n_counts, none_found, outcome_type, run_sample, sample_type, snaps, stopped, stuck, unbalanced, unexplained, &
+    n_counts, near, none_found, outcome_type, run_sample, sample_type, snaps, stopped, stuck, unbalanced, unexplained, &
     unreported, updates, wrong
   implicit none
 
@@ -20,7 +21,7 @@ program solver_soak
   integer(int64) :: seed, total(n_counts)
   integer :: complaints, failed, i, most_updates, ran
 
-  call read_options("solver_soak", 10000, options)
+  call read_options("solver_soak", 10000, options, has_across=.true.)
   call start_progress(progress, "solver_soak", "samples", options%quiet)
   complaints = 0
   ran = 0
@@ -29,7 +30,7 @@ program solver_soak
   total = 0_int64
   seed = options%seed
   do i = 1, options%samples
-    call draw_sample(seed, sample)
+    call draw_sample(seed, sample, across=options%across)
     if (options%only > 0 .and. i /= options%only) cycle
     ran = ran + 1
     call run_sample(sample, outcome)
@@ -67,9 +68,10 @@ contains
     write (output_unit, "(4x, 4(f13.3, 1x), 2i14)") samples_percent*real(total([completed, none_found]), wp), &
       100.0_wp*real(total(increments), wp)/real(total(all_increments), wp), &
       real(total(updates), wp)/real(max(total(increments), 1_int64), wp), most_updates, total(snaps)
-    write (output_unit, "(4x, 6(a, i0))") "(per cent of the samples, of the increments); rows that are no " // &
+    write (output_unit, "(4x, 7(a, i0))") "(per cent of the samples, of the increments); rows that are no " // &
       "equilibrium ", total(wrong), ", losses not explained ", total(unexplained), ", limit of updates reached ", &
-      total(limited), " (there is an equilibrium: ", total(stuck), "), viscous ones opened without bound ", &
+      total(limited), " (there is an equilibrium: ", total(stuck), "), losses with a stable equilibrium within s_f ", &
+      total(near), ", viscous ones opened without bound ", &
       total(away), ", stopped where the law is discontinuous ", total(stopped)
     write (output_unit, "(4x, 2(a, i0))") "rows that jump without a report ", total(unreported), &
       ", whose energies do not balance ", total(unbalanced)

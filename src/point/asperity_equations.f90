@@ -9,7 +9,7 @@ module asperity_equations
   use asperity_kinds, only: wp
   use asperity_point_law, only: call_type, point_law, point_type
   use asperity_tolerances, only: coarsest_scale, farthest, finest_scale, imperfection, instability, most_updates, &
-    residual_tolerance, resolved, rounding_scale
+    residual_tolerance, resolved, rest, rounding_scale
   implicit none
   private
   public :: new_point, new_equations, ramp, evaluate, look_back, may_go_on, free_matrix, alike, predict, unstable, &
@@ -56,6 +56,7 @@ module asperity_equations
     logical :: in_balance = .false.    !! whether the energies of each step are to balance
     logical :: fell = .false.          !! whether a joint that wears has fallen in a step
     real(wp) :: displaced = imperfection   !! at the start of the next motion, relative to s0
+    logical :: moving = .false.        !! whether a motion looks for an equilibrium
     real(wp) :: damping = 0.0_wp       !! resistance to the motion from the point at `done`, stress/length
     type(report_type) :: report        !! so far
   end type equations_type
@@ -117,7 +118,7 @@ contains
     real(wp), intent(out) :: error                      !! largest residual relative to the traction scale of
                                                         !! `residual_tolerance`; huge: no result, as x is out of
                                                         !! range, or the law cannot take the increment
-    real(wp) :: requested, values(3)
+    real(wp) :: coarsest, requested, scales(3), values(3)
 
     residual = 0.0_wp
     error = huge(error)
@@ -135,7 +136,12 @@ contains
       residual = merge(point%traction + control%spring*x - values + equations%damping*(x - old%s), 0.0_wp, &
         control%traction)
     end associate
-    error = maxval(abs(residual))/residual_scale(law, equations, x, values, point)
+    scales = residual_scale(law, equations, x, values, point)
+    ! what stays does not reduce its residual; a joint without bond has a strength in name only
+    coarsest = coarsest_scale*(merge(law%stress, 0.0_wp, law%bonded) + max(0.0_wp, maxval(abs(values), &
+      mask=equations%control%traction)))
+    where (stays(law, equations, point)) scales = max(scales, coarsest)
+    error = maxval(abs(residual)/scales)
   end subroutine evaluate
 
   !> What passes from `done` to a fraction of the increment: time and wear.
@@ -216,7 +222,8 @@ contains
     class(point_law), intent(in) :: law             !! the law
     type(equations_type), intent(in) :: equations   !! the equations
     type(point_type), intent(in) :: point           !! the point, its tangent
-    real(wp) :: a(3, 3), negligible
+    real(wp) :: a(3, 3)
+    logical :: held(3)
     integer :: i
     a = point%tangent
     do i = 1, 3
@@ -229,17 +236,37 @@ contains
         a(i, i) = acos(-1.0_wp)*law%stiffness
       end if
     end do
-    if (is_unstiff(point) .or. equations%damping > 0.0_wp) return
-    ! where nothing pushes a free separation or holds it by more over s0 than the coarsest residual, and it changes no
-    ! traction, it stays
-    associate (tangent => point%tangent)
-      negligible = coarsest_scale*residual_tolerance*min(law%stiffness, maxval(abs(tangent)))
-      do i = 1, 3
-        if (max(abs(equations%start(i)), abs(equations%target(i)), equations%control%spring(i)) > 0.0_wp) cycle
-        if (max(maxval(abs(tangent(i, :))), maxval(abs(tangent(:, i)))) <= negligible) a(i, i) = law%stiffness
-      end do
-    end associate
+    held = stays(law, equations, point)
+    do i = 1, 3
+      if (held(i)) a(i, i) = law%stiffness
+    end do
   end function free_matrix
+
+  !> Whether a free separation stays where it is: nothing pushes it, or holds it by more over s0 than the coarsest
+  !> residual, and it changes no traction of the joint.
+  pure function stays(law, equations, point) result(yes)
+    class(point_law), intent(in) :: law             !! the law
+    type(equations_type), intent(in) :: equations   !! the equations
+    type(point_type), intent(in) :: point           !! the point, its tangent
+    logical :: yes(3)
+    real(wp) :: largest, negligible, others(3, 3)
+    integer :: i
+    yes = equations%control%traction .and. .not. max(abs(equations%start), abs(equations%target), &
+      equations%control%spring) > 0.0_wp
+    if (is_unstiff(point) .or. equations%damping > 0.0_wp) yes = .false.
+    if (.not. any(yes)) return
+    negligible = coarsest_scale*residual_tolerance
+    if (equations%moving) negligible = rest*negligible
+    largest = maxval(abs(point%tangent))
+    others = abs(point%tangent)
+    do i = 1, 3
+      if (.not. yes(i)) cycle
+      yes(i) = others(i, i) <= negligible*min(law%stiffness, largest)
+      others(i, i) = 0.0_wp
+      ! the stiffest direction takes what couples with it
+      if (yes(i)) yes(i) = max(maxval(others(i, :)), maxval(others(:, i))) <= negligible*max(law%stiffness, largest)
+    end do
+  end function stays
 
   !> Right-hand side of the change of the free separations that a tangent predicts for a change of the prescribed
   !> values: the solution of free_matrix*x = predict, stress.

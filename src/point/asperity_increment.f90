@@ -223,6 +223,7 @@ contains
     integer :: tries
     logical :: good, may_jump
 
+    equations%moving = .true.
     limit = first_motion*law%s_0
     damping = law%stiffness
     drift = 0.0_wp
@@ -283,6 +284,7 @@ contains
     end do
     if (has_equilibrium) equations%old = trial
     equations%damping = 0.0_wp
+    equations%moving = .false.
   end subroutine snap
 
   !> Whether the work of a step equals the energy that it stores and dissipates within `unbalanced`, so that the

@@ -60,6 +60,9 @@ module asperity_tolerances
   !> Energy of a plane that breaks, relative to K s0^2: a smaller one is a rounding error of a joint that was broken
   !> before.
   real(wp), parameter, public :: least_rupture = 1.0e-9_wp
+  !> Stiffness at which a motion comes to rest where nothing holds it, relative to the one at which the next motion
+  !> starts: otherwise a slope that decays would be left in steps that are too short.
+  real(wp), parameter, public :: rest = 1.0e-3_wp
   !> First step of the motion, relative to s0; two equilibria that are nearer may be taken for one.
   real(wp), parameter, public :: first_motion = 0.005_wp
   !> Displacement at the start of a motion of several free separations, relative to s0: a symmetric equilibrium that is

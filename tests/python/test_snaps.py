@@ -164,6 +164,16 @@ PLATEAUS = {
         -0.0709,
         0.3,
     ),
+    "a facet that pushes more and more": (
+        joint(4, 30.0, turn=-23.0, mu=0.0, kc=0.369, height=0.00177),
+        -0.315,
+        [0.3, 0.05],
+    ),
+    "a stiff contact": (
+        joint(5, 45.0, turn=-75.0, eta=0.99, mu=0.0, kc=38.3, height=0.00585),
+        -0.2146,
+        [0.3, 0.05],
+    ),
 }
 
 
