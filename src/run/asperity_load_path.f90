@@ -290,7 +290,8 @@ contains
         integer_text(most_updates) // " updates of the law"
       if (row%report%jumps > 0) text = "the motion under the prescribed tractions stops where the " // &
         "traction of the law jumps from t_" // trim(component_names(row%report%jumps)) // " = " // &
-        short(row%report%sides(1)) // " to " // short(row%report%sides(2)) // " there, and the prescribed one lies between"
+        short(row%report%sides(1)) // " to " // short(row%report%sides(2)) // &
+        " there, and the prescribed one lies between"
       fall = falling_direction(run%point%tangent, run%control%traction, run%control%spring, &
         run%given - run%point%traction - run%control%spring*run%point%s)
       if (any(abs(fall) > 0.0_wp)) then
