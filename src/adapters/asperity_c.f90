@@ -209,8 +209,8 @@ contains
     end do
   end subroutine asperity_joint
 
-  !> Update n points over one increment, as asperity_update does, with or without the dissipated energies: their parts of
-  !> a long increment may take thirty times as long as the rest.
+  !> Update n points over one increment, as asperity_update does, with or without the dissipated energies: their parts
+  !> of a long increment may take thirty times as long as the rest.
   function increment(energies, props, nprops, dt, n, s_old, s, aim, p, nstatv, state, traction, tangent, message, &
     size) result(status)
     logical, intent(in) :: energies                     !! whether they are wanted, else NaN

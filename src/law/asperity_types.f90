@@ -241,7 +241,7 @@ module asperity_types
     real(wp) :: facets(chunk, n_facet_statev)                  !! state of the facets of a plane, start -> end
     real(wp) :: crushed(chunk)                                 !! share of a plane that the pressure at the end crushes
     real(wp) :: accounts(chunk, 2)                             !! sums of rupture and friction of the long ones
-    integer :: long(chunk)                                     !! points whose increments are long, the last one repeated
+    integer :: long(chunk)                                     !! points with long increments, the last one repeated
     integer :: n_long                                          !! their number
     integer :: n_gathered                                      !! with repetitions, a multiple of group
     integer :: n                                               !! points, a multiple of group, at most chunk
