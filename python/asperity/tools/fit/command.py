@@ -90,7 +90,9 @@ def write(
     draw: draws the picture into a file.  case, intervals: texts.  notes: grade and intervals, for the card.
     """
     if options.card is not None:
-        print("\n" + interface.card(options.card, notes=[notes] if notes else []), end="")
+        with shown_warnings():
+            card = interface.card(options.card, notes=[notes] if notes else [])
+        print("\n" + card, end="")
     if options.plot is not None:
         draw(options.plot)
         print(options.plot)
