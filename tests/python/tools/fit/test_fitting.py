@@ -321,6 +321,10 @@ def test_command_of_no_result(said: Callable) -> None:
     out, _ = said("fit record.csv -o joint.nml", 3)
     assert "no result   " in out and "grade       poor" in out
     assert "no result" in Path("joint.nml").read_text()
+    _, err = said(
+        "fit record.csv --card abaqus --set theta=10 --set height=0.001 --set sigma0=.1 --set Gc=1", 3
+    )
+    assert err.startswith("asperity: warning: s_f = 2 Gc/sigma0")
 
 
 @pytest.mark.parametrize(
