@@ -191,7 +191,7 @@ def _fit(
     measured: bool = True,
     strength: Mapping[str, float] = MappingProxyType({}),
 ) -> Fit:
-    """Fit by a ladder of models; without the dilation where the law does not meet it.
+    """Fit by a ladder of models.
 
     of_user: the model is that of the user, which no other one replaces.
     measured: whether a test had a dilation.  strength: constants of a known compressive strength.

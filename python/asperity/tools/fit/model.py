@@ -354,7 +354,7 @@ class Cyclic(Problem):
 
 @dataclass(frozen=True, eq=False)
 class Rigid(Series):
-    """The same in the closed form of two rigid sides, from which a search begins.
+    """Tests one after the other in the closed form of two rigid sides, from which a search begins.
 
     shape: name of that of slope and softening, which the law has or has not.
     """

@@ -124,29 +124,31 @@ def read_tests(
     for rows in tables:
         if "k_N" not in rows or rows.k_N.isna().all():
             rows["k_N"] = k_N or 0.0
-    kind_of = {
-        rows.attrs["name"]: next((k for k in ("peak", "closure") if k in rows), "slip") for rows in tables
-    }
-    kinds = {*kind_of.values()}
-    if len(kinds) > 1:
-        whats = {"slip": ShearTest.WHAT, "peak": Strength.WHAT, "closure": ClosureTest.WHAT}
-        firsts = [
-            next(item for item in kind_of.items() if item[1] == kind)
-            for kind in dict.fromkeys(kind_of.values())
-        ]
-        text = ", ".join(f"{name} has {whats[kind]}" for name, kind in firsts)
-        raise ValueError(f"{text}: expected one kind at a time; book.xlsx:SHEET reads one sheet")
-    if kinds != {"slip"} and (k_N or k_T or sigma_N_path):
+    column = _column_of_kind(tables)
+    if column != "slip" and (k_N or k_T or sigma_N_path):
         raise ValueError("k_N, k_T, sigma_N_path: expected curves, not strengths alone or closures")
-    if kinds == {"closure"}:
+    if column == "closure":
         closures: list[ClosureTest] = _of_all(tables, _closures)
         return closures
-    if kinds == {"peak"}:
+    if column == "peak":
         strengths: list[Strength] = _of_all(tables, _strengths)
         return strengths
     tests: list[ShearTest] = _of_all(tables, lambda rows: _tests(rows, k_T, sigma_N_path))
     check_sizes(tests)
     return tests
+
+
+def _column_of_kind(tables: Sequence[DataFrame]) -> str:
+    """Column by which tests are curves, strengths or closure tests; raises ValueError for several of them."""
+    first: dict[str, str] = {}
+    for rows in tables:
+        column = next((name for name in ("peak", "closure") if name in rows), "slip")
+        first.setdefault(column, rows.attrs["name"])
+    if len(first) > 1:
+        whats = {"slip": ShearTest.WHAT, "peak": Strength.WHAT, "closure": ClosureTest.WHAT}
+        text = ", ".join(f"{name} has {whats[column]}" for column, name in first.items())
+        raise ValueError(f"{text}: expected one kind at a time; book.xlsx:SHEET reads one sheet")
+    return next(iter(first), "slip")
 
 
 def _of_all(items: Sequence[Any], function: Callable[[Any], list[Any]]) -> list[Any]:

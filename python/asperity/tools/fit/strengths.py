@@ -1,4 +1,4 @@
-"""Strengths of tests without their curves: the law in closed form."""
+"""Strengths of tests without their curves: lines and powers of friction beside the law, and their choice."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Numbers by which a fit decides: what each of them decides, why it has this value, and what it changes.
+"""Numbers by which a fit decides: what each of them decides and why it has this value.
 
-Effects are those on the drawn sets of `harness.studies.fits`, seed 20610.
+Effects, where they were measured, are those on the drawn sets of `harness.studies.fits`, seed 20610.
 """
 
 from __future__ import annotations
