@@ -12,7 +12,7 @@ program solver_soak
     unreported, updates, wrong
   implicit none
 
-  !> Largest number of printed failures.
+  !> Largest number of printed samples beside those that fail.
   integer, parameter :: most_complaints = 50
   type(sample_type) :: sample
   type(outcome_type) :: outcome
@@ -20,6 +20,7 @@ program solver_soak
   type(options_type) :: options
   integer(int64) :: seed, total(n_counts)
   integer :: complaints, failed, i, most_updates, ran
+  logical :: fails
 
   call read_options("solver_soak", 10000, options, has_across=.true.)
   call start_progress(progress, "solver_soak", "samples", options%quiet)
@@ -37,11 +38,12 @@ program solver_soak
     total = total + outcome%counts
     most_updates = max(most_updates, outcome%most_updates)
     ! with viscous damage, guard or wear the limit of updates is no failure: the driver reports it
-    if (sum(outcome%counts([wrong, unreported, unbalanced])) > 0_int64 .or. (outcome%counts(unexplained) > 0_int64 &
-      .and. .not. (outcome%counts(limited) > 0_int64 .and. outcome%slow))) failed = failed + 1
-    if (outcome%counts(wrong) > 0_int64 .or. len_trim(outcome%why) > 0 .or. options%only > 0) then
+    fails = sum(outcome%counts([wrong, unreported, unbalanced])) > 0_int64 .or. (outcome%counts(unexplained) > 0_int64 &
+      .and. .not. (outcome%counts(limited) > 0_int64 .and. outcome%slow))
+    if (fails) failed = failed + 1
+    if (fails .or. len_trim(outcome%why) > 0 .or. options%only > 0) then
       complaints = complaints + 1
-      if (complaints <= most_complaints) then
+      if (fails .or. complaints <= most_complaints) then
         call clear_progress(progress)
         write (error_unit, "(a)") "solver_soak: sample " // integer_text(i) // ": " // describe(sample) // ": " // &
           trim(outcome%why)

@@ -288,7 +288,7 @@ contains
         to_text(farthest) // " s_f"
       if (row%report%ended == ended_limit) text = "the increment needs more than the limit of " // &
         integer_text(most_updates) // " updates of the law"
-      if (row%report%jumps > 0) text = "the motion under the prescribed tractions stops where the " // &
+      if (row%report%jumps > 0) text = "the motion under the prescribed tractions stops, as the " // &
         "traction of the law jumps from t_" // trim(component_names(row%report%jumps)) // " = " // &
         short(row%report%sides(1)) // " to " // short(row%report%sides(2)) // &
         " there, and the prescribed one lies between"
