@@ -60,8 +60,9 @@ int asperity_update(const double *props, int nprops, double dt, int n, const dou
                     const double *aim, const double *p, int nstatv, double *state, double *traction, double *tangent,
                     char *message, int size);
 
-/* The same for an iterate of a host's method of Newton: the dissipated energies in the states, which take most of the time
- * of a long increment, are NaN, so that such a state is refused as a start. asperity_update takes the accepted end. */
+/* The same for an iterate of a host's method of Newton: in the states rupture and friction (3 and 4), and with fc the
+ * energy of crushing (the last one), are NaN, as they may take most of the time of a long increment. Such a state is
+ * refused as a start: asperity_update takes the accepted end. */
 int asperity_iterate(const double *props, int nprops, double dt, int n, const double *s_old, const double *s,
                      const double *aim, const double *p, int nstatv, double *state, double *traction, double *tangent,
                      char *message, int size);
