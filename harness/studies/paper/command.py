@@ -68,7 +68,7 @@ def over_slip(
             if several:
                 letter = "" if inside else f"({part}) "
                 ax.set_title(rf"{letter}$\theta_L$ = {case.curves[0].test.direction:g}°")
-        findings = [f"{case.name}: {finding(case)}" if several else finding(case) for case in cases]
+        findings = [f"*{case.name}*: {finding(case)}" if several else finding(case) for case in cases]
         return figure, findings, curve_rows(cases)
 
     return make
@@ -86,7 +86,7 @@ def isotropy(*cases: Case) -> Outcome:
         energy = fracture_energy(MATERIAL, pattern(case.name))
         title = rf"{case.name}, {style.ENERGY} at $\sigma_N$ = 0, radius from 0.28"
         style.polar(right, energy.directions, energy.values, (0.28, 0.37), title)
-    return figure, [f"{case.name}: {outcome.spread(case)}" for case in cases], curve_rows(cases)
+    return figure, [f"*{case.name}*: {outcome.spread(case)}" for case in cases], curve_rows(cases)
 
 
 def _figure_2(case: Case) -> Outcome:
@@ -122,8 +122,7 @@ def _figure_10(*cases: Case) -> Outcome:
         style.label_axes(ax, style.SLIP, style.TRACTION)
         ax.set_title(f"{title}; — 0°, - - 45°")
         style.label_ends(ax, SIGMA_N)
-        text = "largest $\\tau_L$ along 0° over that along 45°, $\\sigma_N$ in MPa"
-        findings.append(f"{title}, {text}: {', '.join(ratios)}.")
+        findings.append(f"*{title}*: {', '.join(ratios)}.")
     return figure, findings, curve_rows(cases)
 
 

@@ -18,6 +18,7 @@ from .fracture_energy import fracture_energy
 
 FIVE = Pattern.regular(4, 30.0, flat=0.2)  # the five planes of Table 3
 MOST_ROWS = 101  # approximate number of rows of a curve in a CSV
+REACHED = 5.0e-4  # difference, MPa, below which a traction is the residual strength
 ROUNDING = 1.0e-12  # differences below this are rounding errors, which change from machine to machine
 
 
@@ -95,16 +96,22 @@ def signed(value: float) -> str:
 
 def ends(case: Case) -> str:
     """Traction at the end of each curve and residual strength, and where equilibrium ends."""
-    ends_of_curves = (f"{c.name}: {c.tau_L[-1]:.3f} of {c.strength:.3f}" for c in case.curves if not c.lost)
+    ends_of_curves = (f"{c.name}: {_share(c)}" for c in case.curves if not c.lost)
     beyond = "no equilibrium beyond $s_L$ ="
     lost = (f"; {c.name}: {beyond} {c.s_L[-1]:.4f} mm" for c in case.curves if c.lost)
-    return f"$\\tau_L$ at 0.6 mm and the residual strength, MPa: {', '.join(ends_of_curves)}{''.join(lost)}."
+    return f"{', '.join(ends_of_curves)}{''.join(lost)}."
+
+
+def _share(curve: Curve) -> str:
+    """Traction at the end of a curve, and the residual strength where it differs."""
+    end, strength = curve.tau_L[-1], curve.strength
+    return f"{end:.3f}" if abs(end - strength) < REACHED else f"{end:.3f} of {strength:.3f}"
 
 
 def spread(case: Case) -> str:
     """Smallest and largest traction at the end."""
     tau = np.array([c.tau_L[-1] for c in case.curves])
-    return f"$\\tau_L$ at 0.6 mm {tau.min():.3f} to {tau.max():.3f} MPa, spread {percent(tau)}."
+    return f"{tau.min():.3f} to {tau.max():.3f}, spread {percent(tau)}."
 
 
 def strokes(case: Case) -> str:
@@ -114,8 +121,8 @@ def strokes(case: Case) -> str:
         turns = turns_of(c.s_L)
         tau = ", ".join(f"{c.tau_L[i]:.3f}".replace("-", "−") for i in turns[1:])
         work = trapezoid(c.tau_L[turns[-3] :], c.s_L[turns[-3] :])
-        parts.append(f"{signed(c.test.sigma_N)} MPa: {tau} MPa, work of the last loop {work:.3f} N/mm")
-    return f"$\\tau_L$ at the ends of the strokes, {'; '.join(parts)}."
+        parts.append(f"{signed(c.test.sigma_N)}: {tau}, loop {work:.3f}")
+    return f"{'; '.join(parts)}."
 
 
 def climb(case: Case) -> str:
@@ -134,7 +141,7 @@ def energies(case: Case) -> str:
     parts = (
         f"{c.name}°: {c.energy:.6f}, {converged:.6f}" for c, converged in zip(case.curves, exact, strict=True)
     )
-    return f"$G_T$ with steps of 0.0025 mm, and converged, N/mm: {'; '.join(parts)}."
+    return f"{'; '.join(parts)}."
 
 
 def percent(values: Floats) -> str:
