@@ -150,14 +150,16 @@ def _row(name: str, truth: tuple[float, float], estimate: Estimate) -> Row:
 
 def table(rows: pandas.DataFrame) -> str:
     """Coverage, widths and errors of each constant by kind of truth, of the sets that end with 0."""
-    lines = []
+    lines, last = [], None
     for (kind, name), part in rows[rows.name.notna() & (rows.name != "")].groupby(
         ["kind", "name"], sort=False
     ):
         if str(kind).endswith("nonsense"):
             continue
         accepted = part[part.code == 0]
-        cells = [str(kind), str(name)]
+        # a law stands at its first constant
+        cells = ["" if kind == last else str(kind), str(name)]
+        last = kind
         for chosen in (accepted, part):
             inside = (chosen.low <= chosen.true_high) & (chosen.true_low <= chosen.high)
             cells.append(f"{inside.sum()} of {len(chosen)}")
