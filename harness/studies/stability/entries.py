@@ -230,7 +230,8 @@ def tangents() -> Pair:
 
 @mode(
     "steps",
-    "The work by the tractions of start and end of an increment is wrong where the joint breaks in it.",
+    "A slip of 10 s_f under 1 MPa: the work by the tractions of start and end of an increment is wrong where "
+    "the joint breaks in it.",
 )
 def steps() -> Pair:
     """Slip of 10 s_f in few and in many steps."""
@@ -243,7 +244,7 @@ def steps() -> Pair:
         work = work_along(study.separation, study.traction)[-1]
         error = abs(work - study.state[-1, LEDGER].sum()) / abs(work)
         text = f"traction off by {off:.1g}, energies by {error:.3g} times the work"
-        return Trial(f"slip of 10 s_f under -1 MPa, steps: {n}", bool(max(off, error) < 0.01), text)
+        return Trial(f"steps: {n}", bool(max(off, error) < 0.01), text)
 
     return judged(1), judged(100)
 
