@@ -148,8 +148,10 @@ def driving_force(
 def crushed(parameters: Parameters, p: Floats) -> Floats:
     """Share 1 - log(1 + x)/x of a facet that the pressure p = x crush crushes."""
     x = p / parameters.crush
-    series = np.polyval(OF_CRUSHED, x)
-    return np.where(x.real > 1e-2, 1.0 - np.log1p(x) / np.where(x.real > 0.0, x, 1.0), -series)
+    small = x.real <= 1e-2
+    share = 1.0 - np.log1p(x) / np.where(small, 1.0, x)
+    share[small] = -np.polyval(OF_CRUSHED, x[small])
+    return share
 
 
 def pressure_factor(parameters: Parameters, frame: Floats, s: Floats) -> Floats:

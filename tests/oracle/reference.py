@@ -313,8 +313,8 @@ def _end(
 def _omega(parameters: Parameters, start: _Start, s: Floats, known: Floats | None) -> Floats:
     """Worn share (..., k) of the facets after an increment to s, the offset included.
 
-    The pressure of a facet and the share that it crushes belong together; bisection finds them, and a step of
-    Newton's method their derivative.
+    The pressure of a facet and the share that it crushes belong together; a step of Newton's method has their
+    derivative.
     """
     if parameters.crush == 0.0:
         return start.omega
@@ -333,33 +333,34 @@ def _omega(parameters: Parameters, start: _Start, s: Floats, known: Floats | Non
 
     missing = missing_at(s.real)
     if known is None:
-        known = np.maximum(_root(missing, (*s.shape[:-1], len(start.gamma))), start.omega)
+        known = _root(missing, np.broadcast_to(start.omega, (*s.shape[:-1], len(start.gamma))))
     if not np.iscomplexobj(s):
         return known
     slope = missing(known + 1j * plane.IMAGINARY).imag / plane.IMAGINARY
     return known - np.where(known > start.omega, 1j * missing_at(s)(known).imag / slope, 0.0)
 
 
-def _root(missing: Callable[..., Floats], shape: tuple[int, ...]) -> Floats:
-    """Where falling functions of shares of 0 to 1 vanish: sections, and then Newton's method.
+def _root(missing: Callable[..., Floats], least: Floats) -> Floats:
+    """Where falling functions of shares vanish between `least` and 1; `least` where they are not above 0 there.
 
-    Where that does not converge, at a kink, sections go on to the last bit.
+    Newton's method from `least` on. A step is half of what encloses the root where Newton's leaves it, or where
+    the last one did not halve the value: at a kink this goes on to the last bit.
     """
-    shares, left = np.zeros(shape), np.ones(shape, dtype=bool)
-    low, high = np.zeros(left.sum()), np.ones(left.sum())
-    for sections in (14, 46):
-        for _ in range(sections):
-            middle = 0.5 * (low + high)
-            more = missing(middle, left) > 0.0
-            low, high = np.where(more, middle, low), np.where(more, high, middle)
-        root = 0.5 * (low + high)
-        for _ in range(4):
-            value = missing(root + 1j * plane.IMAGINARY, left)
-            root = np.clip(root - value.real * plane.IMAGINARY / value.imag, low, high)
-        missed = ~(np.abs(missing(root, left)) <= 16.0 * np.finfo(float).eps)
-        shares[left] = np.where(missed, low, root)
-        left[left] = missed
-        low, high = low[missed], high[missed]
+    shares, left = least.copy(), missing(least) > 0.0
+    low, root = least[left], least[left]
+    high, before = np.ones(low.shape), np.full(low.shape, np.inf)
+    for _ in range(200):
+        if not left.any():
+            break
+        value = missing(root + 1j * plane.IMAGINARY, left)
+        size = np.abs(value.real)
+        low, high = np.where(value.real > 0.0, root, low), np.where(value.real > 0.0, high, root)
+        newton = root - value.real * plane.IMAGINARY / value.imag
+        inside = (newton >= low) & (newton <= high)
+        found = inside & (np.abs(newton - root) <= 16.0 * np.finfo(float).eps)
+        shares[left] = np.where(found, newton, low)
+        root = np.where(inside & (size < 0.5 * before), newton, 0.5 * (low + high))
+        left[left], (low, high, root, before) = ~found, (x[~found] for x in (low, high, root, size))
     return shares
 
 

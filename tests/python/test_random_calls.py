@@ -195,6 +195,8 @@ def history(draw: Draw, routine: Routine, kind: type, said: Callable[[], str]) -
         n_planes,
         {},
     )
+    # a traction that many planes do not carry may take seconds
+    most = np.inf if CALLS > 10000 else 16
     spoilt = draw.chance(0.4)
     increments = int(draw.integers(1, 5))
     initial = False
@@ -206,7 +208,7 @@ def history(draw: Draw, routine: Routine, kind: type, said: Callable[[], str]) -
         call.times = call.times[0], max(call.times[1], 1e-6 * lag)
         if routine is call_vumat and draw.chance(0.1):
             call.times = (0.0, call.times[1])
-        if increment == 1 and draw.chance(0.03):
+        if increment == 1 and draw.chance(0.06) and n * n_planes <= most:
             initial = True
             call.stress = draw.log(-2.0, 2.0) * props[0] * (draw.random((n, columns)) - 0.5)
         elif routine is call_umat:
