@@ -23,9 +23,9 @@ tag=$(git describe --exact-match --tags --match 'v*' 2>/dev/null || echo "v$vers
 
 rm -rf "$out"
 git clone --quiet --no-local ${dry:+--depth=1} . "$clone"
-[ -n "$dry" ] || sed -i "s|git clone ADDRESS asperity && cd asperity .*|git clone $ADDRESS asperity \&\& cd asperity|" "$clone/README.md"
-[ -n "$dry" ] || grep -q "^git clone $ADDRESS asperity && cd asperity$" "$clone/README.md" ||
-  stop "README.md: expected the line 'git clone ADDRESS asperity && cd asperity'"
+grep -q "^git clone ADDRESS asperity$" "$clone/README.md" || stop "README.md: expected the line 'git clone ADDRESS asperity'"
+[ -n "$dry" ] || sed -i -e "s|^git clone ADDRESS asperity$|git clone $ADDRESS asperity|" \
+  -e "s|^ADDRESS is that of this repository. ||" "$clone/README.md"
 export PATH="$top/.venv/bin:$PATH"
 (cd "$clone" && tools/wheel.sh $dry)
 if [ -n "$dry" ]; then

@@ -2,10 +2,10 @@
 !> plastic closure kappa, and by how much a traction exceeds it.
 !>
 !> kappa is a function of a parameter x, by which the vertical start of the parabola is no obstacle to Newton's method:
-!> kappa = kp (1 - cos x) up to the peak at x = pi/2, and beyond it the length of the softening times the rest of x.
-!> Without a kp the curve begins at the peak with x = 0.
+!> kappa = kp (1 - cos x) up to the peak at x = pi/2, and beyond it kp times the rest of x: a softening of any length
+!> takes no digit of the closure. Without a kp the curve begins at the peak with x = 0, and s_f takes the place of kp.
 module asperity_cap
-  use asperity_contract, only: n_fixed_props, p_css, p_fc, p_fcr, p_gfc, p_kp
+  use asperity_contract, only: n_fixed_props, p_css, p_fc, p_fcr, p_gc, p_gfc, p_kp, p_sigma0
   use asperity_kinds, only: wp
   implicit none
   private
@@ -20,6 +20,7 @@ module asperity_cap
     real(wp) :: weight = 0.0_wp     !! of the shear, Css
     real(wp) :: hardened = 0.0_wp   !! plastic closure at the peak, length
     real(wp) :: corner = 0.0_wp     !! parameter at the peak
+    real(wp) :: unit = 0.0_wp       !! plastic closure by the parameter beyond the peak, length
   end type cap_type
 
   !> A point of the curve.
@@ -55,7 +56,11 @@ contains
     cap%length = props(p_gfc)/(cap%peak - cap%residual)
     cap%weight = props(p_css)
     cap%hardened = props(p_kp)
-    if (cap%hardened > 0.0_wp) cap%corner = acos(0.0_wp)
+    cap%unit = 2.0_wp*props(p_gc)/props(p_sigma0)
+    if (cap%hardened > 0.0_wp) then
+      cap%corner = acos(0.0_wp)
+      cap%unit = cap%hardened
+    end if
   end function new_cap
 
   !> Parameter of a plastic closure.
@@ -66,7 +71,7 @@ contains
     if (kappa < cap%hardened) then
       x = 2.0_wp*asin(sqrt(0.5_wp*(kappa/cap%hardened)))
     else
-      x = cap%corner + (kappa - cap%hardened)/cap%length
+      x = cap%corner + (kappa - cap%hardened)/cap%unit
     end if
   end function parameter_of
 
@@ -75,18 +80,19 @@ contains
     type(cap_type), intent(in) :: cap   !! constants
     real(wp), intent(in) :: x           !! >= 0
     type(curve_type) :: curve
-    real(wp) :: falls
+    real(wp) :: beyond, falls
     if (x < cap%corner) then
       curve%kappa = 2.0_wp*cap%hardened*sin(0.5_wp*x)**2
       curve%kappa_slope = cap%hardened*sin(x)
       curve%strength = cap%peak*(first_share + (1.0_wp - first_share)*sin(x))
       curve%strength_slope = (1.0_wp - first_share)*cap%peak*cos(x)
     else
-      falls = (cap%peak - cap%residual)*exp(-min(x - cap%corner, largest_exponent))
-      curve%kappa = cap%hardened + cap%length*(x - cap%corner)
-      curve%kappa_slope = cap%length
+      beyond = cap%unit*(x - cap%corner)
+      falls = (cap%peak - cap%residual)*exp(-min(beyond, largest_exponent*cap%length)/cap%length)
+      curve%kappa = cap%hardened + beyond
+      curve%kappa_slope = cap%unit
       curve%strength = cap%residual + falls
-      curve%strength_slope = -falls
+      curve%strength_slope = -(cap%unit/cap%length)*falls
     end if
   end function curve_at
 

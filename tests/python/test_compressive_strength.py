@@ -281,6 +281,21 @@ def test_refusals() -> None:
         joint.update([[0.0, 0.0, 0.0]], state)
 
 
+@pytest.mark.parametrize("kp", [0.0, 1e-9, 0.01])
+@pytest.mark.parametrize("Gfc", [1e11, 1e16, 1e40])
+def test_softening_without_end(Gfc: float, kp: float) -> None:
+    """A strength that hardly softens stays fc, however long its softening: the closure keeps its digits."""
+    joint = Interface(Material(3.0, 0.3, 0.9, 0.5, fc=10.0, Gfc=Gfc, kp=kp), Pattern.regular(0, 0.0))
+    state, s_old = np.zeros((1, joint.nstatv)), np.zeros((1, 3))
+    for closure in (0.1, 0.4):
+        s = np.array([[-closure, 0.0, 0.0]])
+        traction, state, _ = by_c(joint.props(), s, state, s_old, 0.0)
+        s_old = s
+        # fc falls by fc^2/Gfc times the closure beyond kp
+        assert traction[0, 0] == pytest.approx(-10.0, rel=1e-9)
+        assert state[0, -2] == pytest.approx(closure - 10.0 / joint.material.K, rel=1e-8)
+
+
 def test_initial_states() -> None:
     """A joint carries an initial pressure up to fc, and has its closure; the message names the rest."""
     joint = flat(fc=10.5, Gfc=5.0, kp=0.09)
