@@ -86,3 +86,17 @@ def test_page_of_hosts() -> None:
     assert {host.title for host in hosts.hosts("card").values()} <= {*rows}, "rows of docs/how-to/hosts.md"
     [named] = re.findall(r"^`HOST`: ([^.]*)\.", page, re.MULTILINE)
     assert re.findall(r"`(\w+)`", named) == [*hosts.hosts("card")], "list HOST of docs/how-to/hosts.md"
+
+
+@pytest.mark.parametrize("host", hosts.hosts("kit"))
+def test_pages_name_a_host(host: str) -> None:
+    """Each host with a kit stands in the table of the first page, in the results and in a heading for its users."""
+    root, title = Path(__file__).parents[2], re.escape(hosts.hosts("kit")[host].title)
+    for name, pattern in (
+        ("README.md", rf"^\|.*\b{title}\b"),
+        ("docs/results/hosts.md", rf"\b{title}\b"),
+        ("docs/how-to/verify.md", rf"\b{host}\b"),
+        ("docs/how-to/*.md", rf"^#.*\b{title}\b"),
+    ):
+        sought = re.compile(pattern, re.MULTILINE)
+        assert any(sought.search(page.read_text("utf-8")) for page in root.glob(name)), name
