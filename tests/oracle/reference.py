@@ -341,10 +341,10 @@ def _omega(parameters: Parameters, start: _Start, s: Floats, known: Floats | Non
 
 
 def _root(missing: Callable[..., Floats], least: Floats) -> Floats:
-    """Where falling functions of shares vanish between `least` and 1; `least` where they are not above 0 there.
+    """Where falling functions of shares vanish between `least` and 1, or `least` where they are not above 0.
 
-    Newton's method from `least` on. A step is half of what encloses the root where Newton's leaves it, or where
-    the last one did not halve the value: at a kink this goes on to the last bit.
+    Newton's method from `least` on. A step is half of what encloses the root where Newton's leaves it, or
+    where the last one did not halve the value: at a kink this goes on to the last bit.
     """
     shares, left = least.copy(), missing(least) > 0.0
     low, root = least[left], least[left]

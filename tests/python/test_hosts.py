@@ -90,7 +90,7 @@ def test_page_of_hosts() -> None:
 
 @pytest.mark.parametrize("host", hosts.hosts("kit"))
 def test_pages_name_a_host(host: str) -> None:
-    """Each host with a kit stands in the table of the first page, in the results and in a heading for its users."""
+    """Each host with a kit stands in the first page, in the results and in a heading for its users."""
     root, title = Path(__file__).parents[2], re.escape(hosts.hosts("kit")[host].title)
     for name, pattern in (
         ("README.md", rf"^\|.*\b{title}\b"),
