@@ -189,7 +189,7 @@ def test_rejections(capfd: pytest.CaptureFixture[str]) -> None:
     props[contract.index("mu")] = -0.5
     zero, end = np.zeros((1, 3)), np.full((1, 3), 1e-3)
     state = diana.Points(SOLID.props(), 1)
-    state.props = props
+    state.props[:] = props
     assert np.isnan(state.step(zero, end)).all() and not state.state.any()
     assert "mu = -0.5" in capfd.readouterr().err
     if lsdyna.available():

@@ -31,8 +31,17 @@ class Points:
         # NODE, sizes, step, increment and iteration; then five flags, of which the second is LOPENCLOSE
         self.integers = np.array([1, ndir, statev, 1, len(props), 3, 1, 1, 1, 0, -1, 0, 0, 0], np.int32)
         self.unused, self.columns = np.full(9, np.nan), np.zeros((ndir, ndir))
-        self.addresses = [_at(self.integers[i:]) for i in range(len(self.integers))]
-        self.of_energies = [_at(self.densities[i:]) for i in range(5)]
+        # the arguments are the same arrays in every call; only the place of the node in `cut` differs
+        self.end, self.shift = (np.zeros(statev), np.zeros(ndir)), np.zeros((2, ndir))
+        self.dtime, self.of_cut = ctypes.c_double(), [_at(self.cut[k:]) for k in range(n)]
+        state, stress, rdisp, drdisp, unused = map(_at, (*self.end, *self.shift, self.unused))
+        of_energies = [_at(self.densities[i:]) for i in range(5)]
+        addresses = [_at(self.integers[i:]) for i in range(len(self.integers))]
+        self.before = stress, _at(self.columns), *[unused] * 6, state, *of_energies
+        self.behind = (
+            rdisp, drdisp, *[unused] * 5, ctypes.byref(self.dtime), unused, NAME, NAME, NAME,
+            _at(self.props), *[unused] * 5, *addresses, *[ctypes.c_size_t(80)] * 3,
+        )  # fmt: skip
 
     def step(self, start: Floats, end: Floats, dt: float = 0.0) -> Floats:
         """Tractions (n, 3) at the end of an increment from separation to separation (n, 3).
@@ -42,8 +51,9 @@ class Points:
         traction, sign = np.zeros((len(self.state), 3)), SIGN[: self.ndir]
         for k in range(len(self.state)):
             begin = sign * start[k, : self.ndir]
-            for share in np.arange(1, ITERATIONS + 1) / ITERATIONS:
-                self._call(k, begin, share * (sign * end[k, : self.ndir] - begin), dt)
+            whole = sign * end[k, : self.ndir] - begin
+            for i in range(1, ITERATIONS + 1):
+                self._call(k, begin, i / ITERATIONS * whole, dt)
             self.state[k], self.stress[k] = self.end
             self.energies[k] = [self.densities[0], *(self.energies[k, 1:] + self.densities[[1, 2, 4]])]
             traction[k, : self.ndir] = sign * self.stress[k]
@@ -51,14 +61,10 @@ class Points:
 
     def _call(self, k: int, begin: Floats, step: Floats, dt: float) -> None:
         """Call the routine for a node; stress and state of the node stay those at the start."""
-        self.end = state, stress = self.state[k].copy(), self.stress[k].copy()
-        self.densities[:], self.integers[[0, 10]] = np.nan, (k + 1, -1)
-        rdisp, unused, length = begin + step, _at(self.unused), ctypes.c_size_t(80)
-        LIBRARY.uinter_(
-            _at(stress), _at(self.columns), *[unused] * 6, _at(state), *self.of_energies, _at(self.cut[k:]),
-            _at(rdisp), _at(step), *[unused] * 5, ctypes.byref(ctypes.c_double(dt)), unused, NAME, NAME, NAME,
-            _at(self.props), *[unused] * 5, *self.addresses, length, length, length,
-        )  # fmt: skip
+        self.end[0][:], self.end[1][:] = self.state[k], self.stress[k]
+        self.densities[:], self.integers[0], self.integers[10] = np.nan, k + 1, -1
+        self.shift[:], self.dtime.value = (begin + step, step), dt
+        LIBRARY.uinter_(*self.before, self.of_cut[k], *self.behind)
         self.stiffness[k], self.closed[k] = self.columns.T, self.integers[10]
 
 
@@ -75,19 +81,24 @@ class ExplicitPoints:
         # steps, nodes of a facet, of the secondary and of the main surface, directions, sizes
         self.integers = np.array([1, 1, 4, n, 4, ndir, ndir, statev, len(props), 0, 0, 0], np.int32)
         self.unused, self.numbers = np.full(9 * n, np.nan), np.ones(4 * n, np.int32)
+        # the arguments are the same arrays in every call
+        self.shift, self.dtime = np.zeros((2, n, ndir)), ctypes.c_double()
+        friction, rupture, crushing, viscous, stored = (_at(row) for row in self.densities)
+        unused, (rdisp, drdisp) = _at(self.unused), map(_at, self.shift)
+        self.arguments = (
+            friction, rupture, crushing, viscous, _at(self.stress), unused, unused, stored, _at(self.state),
+            *[_at(self.integers[i:]) for i in range(len(self.integers))], *[_at(self.numbers)] * 3,
+            unused, unused, ctypes.byref(self.dtime), NAME, NAME, NAME, rdisp, drdisp,
+            *[unused] * 7, _at(self.props), *[unused] * 9, *[ctypes.c_size_t(80)] * 3,
+        )  # fmt: skip
 
     def step(self, start: Floats, end: Floats, dt: float = 0.0) -> Floats:
         """Tractions (n, 3) at the end of an increment from separation to separation (n, 3)."""
-        sign, unused, length = SIGN[: self.ndir], _at(self.unused), ctypes.c_size_t(80)
-        rdisp = np.ascontiguousarray(sign * end[:, : self.ndir])
-        drdisp = rdisp - sign * start[:, : self.ndir]
-        friction, rupture, crushing, viscous, stored = (_at(row) for row in self.densities)
-        LIBRARY.vuinter_(
-            friction, rupture, crushing, viscous, _at(self.stress), unused, unused, stored, _at(self.state),
-            *[_at(self.integers[i:]) for i in range(len(self.integers))], *[_at(self.numbers)] * 3,
-            unused, unused, ctypes.byref(ctypes.c_double(dt)), NAME, NAME, NAME, _at(rdisp), _at(drdisp),
-            *[unused] * 7, _at(self.props), *[unused] * 9, length, length, length,
-        )  # fmt: skip
+        sign = SIGN[: self.ndir]
+        self.shift[0] = sign * end[:, : self.ndir]
+        self.shift[1] = self.shift[0] - sign * start[:, : self.ndir]
+        self.dtime.value = dt
+        LIBRARY.vuinter_(*self.arguments)
         traction = np.zeros((len(end), 3))
         traction[:, : self.ndir] = sign * self.stress
         return traction

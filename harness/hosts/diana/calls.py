@@ -23,35 +23,40 @@ class Points:
         nus = library.asperity_nstatv(_at(self.props), len(props), None, 0)
         self.state, self.tra = np.zeros((n, nus)), np.zeros((n, nt))
         self.stiff = np.zeros((n, nt, nt))
+        # the arguments are the same arrays in every call
+        self.shift, self.end = np.zeros((2, nt)), (np.zeros(nus), np.zeros(nt), np.zeros((nt, nt)))
+        self.intpt, self.dtime = ctypes.c_int(), ctypes.c_double()
+        (u0, du), (usrsta, tra, stiff) = map(_at, self.shift), map(_at, self.end)
+        size, elemen, iteration, nuv, states, nui = (
+            ctypes.byref(ctypes.c_int(k)) for k in (nt, 7, 1, len(props), nus, 1)
+        )
+        zero, time, intpt = map(ctypes.byref, (ctypes.c_double(0.0), self.dtime, self.intpt))
+        self.coord, self.usrind = np.zeros(3), np.zeros(1, np.int32)
+        self.arguments = (
+            u0, du, size, zero, time, zero, zero, elemen, intpt, _at(self.coord), stiff, iteration,
+            b"ASPERI", _at(self.props), nuv, usrsta, states, _at(self.usrind), nui, tra, stiff,
+            ctypes.c_size_t(6),
+        )  # fmt: skip
 
     def step(self, start: Floats, end: Floats, dt: float = 0.0) -> Floats:
         """Tractions (n, 3) at the end of an increment from separation to separation (n, 3)."""
         traction = np.zeros((len(self.state), 3))
         for k in range(len(self.state)):
-            u0 = np.ascontiguousarray(start[k, : self.nt])
-            for share in np.arange(1, ITERATIONS + 1) / ITERATIONS:
-                du = share * (end[k, : self.nt] - u0)
-                state, tra, stiff = self.state[k].copy(), self.tra[k].copy(), np.zeros((self.nt, self.nt))
-                self._call(u0, du, dt, k, state, tra, stiff)
+            u0 = start[k, : self.nt]
+            for i in range(1, ITERATIONS + 1):
+                self._call(u0, i / ITERATIONS * (end[k, : self.nt] - u0), dt, k)
+            state, tra, stiff = self.end
             # of Fortran, by columns
             self.state[k], self.tra[k], self.stiff[k] = state, tra, stiff.T
             traction[k, : self.nt] = tra
         return traction
 
-    def _call(
-        self, u0: Floats, du: Floats, dt: float, point: int, state: Floats, tra: Floats, stiff: Floats
-    ) -> None:
-        integers = [
-            ctypes.byref(ctypes.c_int(k)) for k in (self.nt, 7, point + 1, 1, len(self.props), len(state), 1)
-        ]
-        nt, elemen, intpt, iteration, nuv, nus, nui = integers
-        zero, time = ctypes.byref(ctypes.c_double(0.0)), ctypes.byref(ctypes.c_double(dt))
-        coord, usrind = np.zeros(3), np.zeros(1, np.int32)
-        LIBRARY.usrifc_(
-            _at(u0), _at(du), nt, zero, time, zero, zero, elemen, intpt, _at(coord), _at(stiff), iteration,
-            b"ASPERI", _at(self.props), nuv, _at(state), nus, _at(usrind), nui, _at(tra), _at(stiff),
-            ctypes.c_size_t(6),
-        )  # fmt: skip
+    def _call(self, u0: Floats, du: Floats, dt: float, point: int) -> None:
+        """Call the routine for a point; its traction and state stay those at the start."""
+        state, tra, stiff = self.end
+        state[:], tra[:], stiff[:] = self.state[point], self.tra[point], 0.0
+        self.shift[:], self.intpt.value, self.dtime.value = (u0, du), point + 1, dt
+        LIBRARY.usrifc_(*self.arguments)
 
 
 def _at(array: np.ndarray) -> ctypes.c_void_p:

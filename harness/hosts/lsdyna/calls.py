@@ -54,23 +54,28 @@ class Points:
         self.here = slice(FIRST, FIRST + n)
         self.aux[self.here] = 0.0
         self.ek = np.zeros(NLQ)
+        self.others = np.delete(np.arange(NLQ), np.arange(FIRST, FIRST + n))
+        # the arguments are the same arrays in every call
+        self.fc, self.dx, self.rate = (np.full((NLQ, 3), np.nan, order="F") for _ in range(3))
+        self.duration, self.failed = np.full(NLQ, np.nan), np.zeros(NLQ, np.int64)
+        self.numbers = np.arange(1, NLQ + 1)
+        single, first, last = (ctypes.byref(ctypes.c_long(k)) for k in (1, FIRST + 1, FIRST + n))
+        duration = _at(self.duration)
+        self.arguments = (
+            single, _at(self.cm), first, last, _at(self.fc), _at(self.dx), _at(self.rate), _at(self.aux),
+            _at(self.ek), _at(self.failed), duration, duration, _at(self.numbers), duration,
+        )  # fmt: skip
 
     def step(self, start: Floats, end: Floats, dt: float = 0.0) -> Floats:
         """Tractions (n, 3) at the end of an increment from separation to separation (n, 3)."""
-        fc, dx, rate = (np.full((NLQ, 3), np.nan, order="F") for _ in range(3))
-        dx[self.here] = end[:, [1, 2, 0]]
-        rate[self.here] = (end - start)[:, [1, 2, 0]]
-        duration, failed = np.full(NLQ, np.nan), np.zeros(NLQ, np.int64)
-        duration[self.here] = dt
-        numbers = np.arange(1, NLQ + 1)
-        single, first, last = (ctypes.byref(ctypes.c_long(k)) for k in (1, FIRST + 1, FIRST + self.n))
-        library().umat41c_(
-            single, _at(self.cm), first, last, _at(fc), _at(dx), _at(rate), _at(self.aux), _at(self.ek),
-            _at(failed), _at(duration), _at(duration), _at(numbers), _at(duration),
-        )  # fmt: skip
-        assert not failed.any() and np.isnan(np.delete(fc, np.arange(FIRST, FIRST + self.n), axis=0)).all()
-        assert np.isnan(np.delete(self.aux, np.arange(FIRST, FIRST + self.n), axis=0)).all()
-        return fc[self.here][:, [2, 0, 1]]
+        self.fc[:] = np.nan
+        self.dx[self.here] = end[:, [1, 2, 0]]
+        self.rate[self.here] = (end - start)[:, [1, 2, 0]]
+        self.duration[self.here], self.failed[:] = dt, 0
+        library().umat41c_(*self.arguments)
+        assert not self.failed.any() and np.isnan(self.fc[self.others]).all()
+        assert np.isnan(self.aux[self.others]).all()
+        return self.fc[self.here][:, [2, 0, 1]]
 
     @property
     def state(self) -> Floats:

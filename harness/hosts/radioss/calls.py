@@ -52,16 +52,14 @@ class Points:
         """Tractions (n, 3) N, Tx, Ty at the end of an increment from separation to separation (n, 3)."""
         n = len(self.rho)
         zz, zx, yz = (np.ascontiguousarray(row) for row in (end - start).T)
-        shared, new = np.zeros(n), np.zeros((3, n))
-        single, axes = ctypes.byref(ctypes.c_int(1)), [_at(shared)] * 9
-        viscosity, strength = np.zeros(n), np.zeros(n)
-        tensor = {
-            "old": (shared, shared, self.stress[0], shared, self.stress[1], self.stress[2]),
-            "increment": (shared, shared, zz, shared, yz, zx),
-            "new": (shared, shared, new[0], shared, new[1], new[2]),
-        }
-        dummies = [_at(shared)] * 6
-        old, increment, ends = ([_at(a) for a in tensor[name]] for name in ("old", "increment", "new"))
+        new, of_all = np.zeros((3, n)), np.zeros((3, n))
+        shared, viscosity, strength = of_all
+        none = _at(shared)
+        single, axes, dummies = ctypes.byref(ctypes.c_int(1)), [none] * 9, [none] * 6
+        old, increment, ends = (
+            [none, none, _at(normal), none, _at(of_y), _at(of_x)]
+            for normal, of_y, of_x in (self.stress, (zz, yz, zx), new)
+        )
         LIBRARY.eng_get_law_user_var_(
             single,
             single,
@@ -82,7 +80,7 @@ class Points:
         scalar = [ctypes.byref(ctypes.c_double(value)) for value in (self.time, dt)]
         LIBRARY.eng_sigeps99_(
             size, nuparam, nuvar, single, ctypes.byref(ctypes.c_int(0)), None, None, None, *scalar,
-            _at(self.uparam), _at(self.rho), _at(shared), _at(shared), _at(numbers),
+            _at(self.uparam), _at(self.rho), none, none, _at(numbers),
             _at(self.soundsp), _at(viscosity), _at(self.uvar), _at(self.off), _at(strength), _at(self.pla),
         )  # fmt: skip
         assert not shared.any(), "the array of components that the element does not have was written"
