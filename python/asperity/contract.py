@@ -212,6 +212,9 @@ def array(name: str, value: ArrayLike, *shapes: tuple[int | str, ...]) -> Floats
 
     shapes: those that are admissible, if not any is; a letter stands for any length.
     """
+    # arrays of doubles, as those of each call in a loop, need no conversion
+    if type(value) is np.ndarray and value.dtype == np.float64 and value.shape in shapes:
+        return np.ascontiguousarray(value)
     try:
         kind = np.asarray(value).dtype.kind
         if kind in "cmM" or np.ma.is_masked(value):  # NumPy would drop imaginary parts, units and masks

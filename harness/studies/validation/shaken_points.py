@@ -120,34 +120,36 @@ def rock(n: int, xi: float, share: float) -> tuple[float, float]:
         0.0,
         0.0,
     )
-    mass = m * np.array([1.0, 1.0, RADIUS**2 / 3.0])
+    mass, centre = m * np.array([1.0, 1.0, RADIUS**2 / 3.0]), np.array([HALF_HEIGHT, 0.0])
 
     def corners(q: Floats) -> Floats:
         """Places (n, 2) of the base, up and sideways."""
         sine, cosine = np.sin(q[2]), np.cos(q[2])
-        up = q[0] + HALF_HEIGHT + sine * x - HALF_HEIGHT * cosine
-        return np.column_stack([up, q[1] + cosine * x + HALF_HEIGHT * sine])
-
-    def separations(q: Floats) -> Floats:
-        return np.column_stack([corners(q)[:, 0], corners(q)[:, 1] - x, 0.0 * x])
+        places = np.empty((n, 2))
+        places[:, 0] = q[0] + HALF_HEIGHT + sine * x - HALF_HEIGHT * cosine
+        places[:, 1] = q[1] + cosine * x + HALF_HEIGHT * sine
+        return places
 
     low = corners(q)
     # the corner that carries the weight
     q[:2] -= low[-1, 0] + m * G / (kn * area[-1]), low[-1, 1] - SIDE
-    s = separations(q)
+    places, at_rest = corners(q), np.column_stack([0.0 * x, x])
+    s, new = np.zeros((2, n, 3))
+    s[:, :2] = places - at_rest
     state = np.zeros((n, law.nstatv))
     state[:, N_POINT_STATEV + 1] = s[:, 1]  # no shear at the start
     end = law.update(s, state, s, LONG)
     out = end.traction.copy(), end.state.copy(), np.empty((n, 3, 3))
     while len(peaks) < 2:
         f = -area[:, None] * out[0][:, :2]
-        arm = corners(q) - [q[0] + HALF_HEIGHT, q[1]]
+        arm = places - (q[:2] + centre)
         force = np.array([f[:, 0].sum() - m * G, f[:, 1].sum(), arm[:, 1] @ f[:, 0] - arm[:, 0] @ f[:, 1]])
         v = v + dt * force / mass
         q, t = q + dt * v, t + dt
-        new = separations(q)
+        places = corners(q)
+        new[:, :2] = places - at_rest
         law.update(new, out[1], s, dt, out=out)
-        s, best = new, max(best, abs(q[2]))
+        s, new, best = new, s, max(best, abs(q[2]))
         if q[2] * sign < -1e-6:
             quarter = quarter or t
             peaks.append(best if peaks else share * ALPHA)

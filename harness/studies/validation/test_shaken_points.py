@@ -1,7 +1,7 @@
-"""Points that are shaken: impacts, base motion, rocking on the dashpot in closed form; units m, MN, s, kt.
+"""Points that are shaken: impacts and base motion on the dashpot in closed form; units m, MN, s, kt.
 
-Each test has its own mass on a joint, and integrates in time by central differences, or lets a rigid block
-rock on a row of points.
+Each test has its own mass on a joint, and integrates in time by central differences.  test_validation.py has
+the block that rocks, whose numbers are also those of a page.
 """
 
 from __future__ import annotations
@@ -10,20 +10,15 @@ import numpy as np
 import pytest
 
 from harness.studies.validation.shaken_points import (
-    ALPHA,
     MASS,
-    RADIUS,
     G,
     joint,
     pulse,
     rest,
     restitution,
     ride,
-    rock,
     shaken,
 )
-
-# --- a mass on a joint --------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -109,19 +104,3 @@ def test_pulse_on_an_inclined_plane() -> None:
     s, _ = shaken(joint(theta, mu, kn, 2.0 * np.sqrt(kn * MASS)), pulse(A, t0, dt), 0.4, dt)
     assert np.hypot(*s[-1, :2]) == pytest.approx(length, rel=2e-3)
     assert np.ptp(s[-200:], axis=0).max() < 1e-5 * length
-
-
-# --- a block that rocks -------------------------------------------------------------------------------------
-
-
-def test_rocking_on_two_edges() -> None:
-    """Housner's period and ratio of angular velocities, if only the edges touch, and do not bounce."""
-    share, p = 0.5, np.sqrt(0.75 * G / RADIUS)
-    period, ratio = rock(2, 1.0, share)
-    assert period == pytest.approx(4.0 * np.arccosh(1.0 / (1.0 - share)) / p, rel=2e-3)
-    assert ratio == pytest.approx(1.0 - 1.5 * np.sin(ALPHA) ** 2, abs=1e-3)
-
-
-def test_rocking_on_a_full_base() -> None:
-    """A base of many points loses less: between the plastic limit, .9640, and 1."""
-    assert rock(21, 1.0, 0.3)[1] == pytest.approx(0.974, abs=0.003)

@@ -29,6 +29,7 @@ from harness.studies.validation import (
     wall_scale,
     walls,
 )
+from harness.studies.validation.shaken_points import ALPHA, RADIUS, G, rock
 
 MEASURED = [push_off.STUDY, sandstone.STUDY, granite.STUDY, closure.STUDY, scan.STUDY, walls.STUDY]
 STUDIES = [*MEASURED, oriented.STUDY, dynamics.STUDY, ribbed.STUDY, delamination.STUDY, dam.STUDY, toe.STUDY]
@@ -40,6 +41,19 @@ def test_page_is_up_to_date(study: common.Study) -> None:
     assert study.main(["--check"]) == 0
     assert f"(../images/{study.picture.name})" in study.page.read_text(encoding="utf-8")
     assert matplotlib.image.imread(study.picture).shape[1] > 300
+
+
+def test_rocking_on_two_edges() -> None:
+    """Housner's period and ratio of angular velocities, if only the edges touch, and do not bounce."""
+    share, p = 0.5, np.sqrt(0.75 * G / RADIUS)
+    period, ratio = rock(2, 1.0, share)
+    assert period == pytest.approx(4.0 * np.arccosh(1.0 / (1.0 - share)) / p, rel=2e-3)
+    assert ratio == pytest.approx(1.0 - 1.5 * np.sin(ALPHA) ** 2, abs=1e-3)
+
+
+def test_rocking_on_a_full_base() -> None:
+    """A base of many points loses less: between the plastic limit, .9640, and 1."""
+    assert rock(21, 1.0, 0.3)[1] == pytest.approx(0.974, abs=0.003)
 
 
 def test_levels_of_the_dam() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
+from functools import cache
 
 import numpy as np
 import pandas
@@ -41,6 +42,7 @@ def sheared(share: float, slenderness: float, Css: float) -> float:
     return float(brentq(excess, 0.0, plain(share, slenderness)))
 
 
+@cache
 def most(share: float, slenderness: float, Css: float, mu: float, cells: int = 400, sides: int = 64) -> float:
     """Largest force over N of any distribution of pressure and shear that the strength and friction admit.
 
