@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shlex
+import shutil
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -102,14 +103,32 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.fixture(scope="session")
+def attackers(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """Return a function that compiles an elastic UMAT with a statement, once for all tests that have it."""
+    folder, made = tmp_path_factory.mktemp("attackers"), {}
+
+    def compiled(statement: str) -> Path:
+        if statement not in made:
+            source = folder / f"{len(made)}.c"
+            source.write_text(ATTACKER.replace("ATTACK", statement), encoding="utf-8")
+            made[statement] = source.with_suffix(".so")
+            command = ["gcc", "-shared", "-fPIC", "-w", source, "-o", made[statement], "-lm"]
+            subprocess.run(command, check=True)
+        return made[statement]
+
+    return compiled
+
+
 @pytest.fixture
-def attacker(tmp_path: Path):
+def attacker(tmp_path: Path, attackers: Callable[[str], Path]):
     """Return a function that makes a case of an elastic UMAT with a statement for increments from 4 on."""
 
     def case(statement: str, limit: float = 0.5) -> str:
-        source, path = tmp_path / "attacker.c", tmp_path / "attacker.so"
-        source.write_text(ATTACKER.replace("ATTACK", statement), encoding="utf-8")
-        subprocess.run(["gcc", "-shared", "-fPIC", "-w", source, "-o", path, "-lm"], check=True)
+        path = tmp_path / "attacker.so"
+        # a new file, as a process may still have the old one in its memory
+        path.unlink(missing_ok=True)
+        shutil.copy(attackers(statement), path)
         return (
             f"&umat library = '{path}', length = 0.01, stiffness = 100, nstatv = 1, limit = {limit} /\n"
             "&step s_N = 0.008, increments = 8 /\n"
