@@ -53,8 +53,13 @@ BITS = 55
 """Halvings of the bracket of a closure, two more than a number has."""
 
 
-Excess = Callable[[Floats], NDArray[np.bool_]]
-"""Whether the pressure of points exceeds its bound at closures (m, n)."""
+NEAR, SECANTS, NARROW = 1e-3, 8, 1e-14
+"""Half width of what a secant leaves of a bracket, over its width; number of secants; width of a bracket,
+over its closure, above which sections follow, as across a jump.
+"""
+
+Excess = Callable[[Floats], Floats]
+"""What the pressure of points exceeds its bound by at closures (m, n)."""
 
 
 def virgin(pattern: reference.Pattern, wears: bool = False) -> Floats:
@@ -80,15 +85,15 @@ def update(
     start = _closed(s_old, kappa_old)
 
     def exceeding(some: NDArray[np.intp]) -> Excess:
-        """Whether the pressure of some points exceeds its bound."""
+        """What the pressure of some points exceeds its bound by; below zero it is a tension."""
         seen = s[some]
         law = reference.tractions(parameters, pattern, of_law[some], start[some], dt)
 
-        def exceeds(kappas: Floats) -> NDArray[np.bool_]:
+        def excess(kappas: Floats) -> Floats:
             t = law(_closed(seen, kappas))
-            return (t[..., 0] < 0.0) & (-t[..., 0] > cap.largest_pressure(t, kappas))
+            return -t[..., 0] - cap.largest_pressure(t, kappas)
 
-        return exceeds
+        return excess
 
     kappa = _smallest(exceeding, kappa_old, parameters.s0, tried)
     end = reference.update(parameters, pattern, _closed(s, kappa), of_law, start, dt, tangent=False)
@@ -122,19 +127,19 @@ def frozen_traction(
     given = _closed(aim, new[:, -2]), state[:, :-2], _closed(s_old, state[:, -2])
 
     def exceeding(some: NDArray[np.intp]) -> Excess:
-        """Whether the pressure of some points exceeds its bound."""
+        """What the pressure of some points exceeds its bound by."""
 
         @functools.cache
         def law(m: int) -> Callable[[Floats], Floats]:
             """The law of m times these points."""
             return frozen.law(parameters, pattern, *(np.tile(a[some], (m, 1)) for a in given), dt)
 
-        def exceeds(kappas: Floats) -> NDArray[np.bool_]:
+        def excess(kappas: Floats) -> Floats:
             m = len(kappas)
             pressure = -law(m)(_closed(np.tile(s[some], (m, 1)), kappas.ravel()))[:, 0]
-            return pressure.reshape(kappas.shape) > most[some]
+            return pressure.reshape(kappas.shape) - most[some]
 
-        return exceeds
+        return excess
 
     kappa = _smallest(exceeding, state[:, -2], parameters.s0)
     return frozen.law(parameters, pattern, *given, dt)(_closed(s, kappa))
@@ -156,31 +161,46 @@ def _smallest(
     They are sought of the points alone that exceed something at the start.
     """
     kappa, every = start.copy(), np.arange(len(start))
-    some = every[exceeding(every)(start[None])[0]]
+    some = every[exceeding(every)(start[None])[0] > 0.0]
     if len(some):
-        kappa[some] = _sections(exceeding(some), start[some], length, None if tried is None else tried[some])
+        excess, further = exceeding(some), None if tried is None else tried[some]
+        low, kappa[some] = _secants(excess, *_bracket(excess, start[some], length, further))
+        left = kappa[some] - low > NARROW * kappa[some]
+        if left.any():
+            some = some[left]
+            kappa[some] = _sections(exceeding(some), low[left], kappa[some])
     return kappa
 
 
-def _sections(exceeds: Excess, start: Floats, length: float, tried: Floats | None) -> Floats:
-    """Closures (n,) of points of which each exceeds its bound at the start; many at once of few points."""
-    m = min(MOST, max(1, AT_ONCE // len(start)))
+def _at_once(n: int) -> int:
+    """Closures of each of n points that are tried at once; many of few points."""
+    return min(MOST, max(1, AT_ONCE // n))
+
+
+def _between(excess: Excess, low: Floats, high: Floats, grid: Floats) -> tuple[Floats, ...]:
+    """The last closure (n,) before the first of a grid (m, n) that exceeds nothing, this one, both excesses.
+
+    An excess is NaN where the closure is not one of the grid.
+    """
+    below, above = np.full((2, len(low)), np.nan)
+    for middle, value in zip(grid, excess(grid), strict=True):
+        more, less = (value > 0.0) & (middle < high), (value <= 0.0) & (middle <= high)
+        low, below = np.where(more, middle, low), np.where(more, value, below)
+        high, above = np.where(less, middle, high), np.where(less, value, above)
+    return low, high, below, above
+
+
+def _bracket(excess: Excess, start: Floats, length: float, tried: Floats | None) -> tuple[Floats, Floats]:
+    """Closures (n,) with an excess and, behind them, without one, of points with an excess at the start."""
+    m = _at_once(len(start))
     growth, step, low, high = 1.5 ** np.arange(m)[:, None], 1e-4 * length, start, start
     exceeded = np.ones(len(start), dtype=bool)
     while exceeded.any():
         grid = start + step * growth
-        above = exceeds(grid)
+        above = excess(grid) > 0.0
         high = np.where(exceeded & ~above.all(0), grid[np.argmin(above, axis=0), np.arange(len(start))], high)
         exceeded = exceeded & above.all(0)
         step *= 1.5**m
-
-    def between(low: Floats, high: Floats, grid: Floats) -> tuple[Floats, Floats]:
-        """The last closure (n,) before the first of a grid (m, n) that exceeds nothing, and this one."""
-        for middle, above in zip(grid, exceeds(grid), strict=True):
-            low = np.where(above & (middle < high), middle, low)
-            high = np.where(above, high, np.minimum(high, middle))
-        return low, high
-
     # an excess may fall below zero, rise and fall again: the first of some closures between
     first, last = low, high
     grid = first + np.linspace(0.0, 1.0, BETWEEN)[1:-1, None] * (last - first)
@@ -188,8 +208,29 @@ def _sections(exceeds: Excess, start: Floats, length: float, tried: Floats | Non
         further = [tried, tried + 1e-12 * length, tried + 1e-9 * length]
         grid = np.sort(np.clip(np.vstack([grid, *further]), first, last), axis=0)
     for some in np.array_split(grid, -(-len(grid) // m)):
-        low, high = between(low, high, some)
+        low, high, *_ = _between(excess, low, high, some)
+    return low, high
+
+
+def _secants(excess: Excess, low: Floats, high: Floats) -> tuple[Floats, Floats]:
+    """Brackets (n,) that are narrower: the neighbourhood of the root of a secant, or a half of them."""
+    below, above = excess(np.array([low, high]))
+    for _ in range(SECANTS):
+        width = high - low
+        root = low + width * below / np.where(below > above, below - above, 1.0)
+        grid = np.array([root - NEAR * width, 0.5 * (low + high), root + NEAR * width])
+        grid = np.sort(np.clip(grid, low, high), axis=0)
+        low, high, *values = _between(excess, low, high, grid)
+        below, above = (
+            np.where(np.isnan(new), old, new) for new, old in zip(values, (below, above), strict=True)
+        )
+    return low, high
+
+
+def _sections(excess: Excess, low: Floats, high: Floats) -> Floats:
+    """Closures (n,) at the ends of brackets that are divided to the last bit."""
+    m = _at_once(len(low))
     sections = np.arange(1, m + 1)[:, None] / (m + 1)
     for _ in range(int(np.ceil(BITS / np.log2(m + 1)))):
-        low, high = between(low, high, low + sections * (high - low))
+        low, high, *_ = _between(excess, low, high, low + sections * (high - low))
     return high
