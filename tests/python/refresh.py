@@ -2,11 +2,12 @@
 
     .venv/bin/python tests/python/refresh.py docs/how-to/surface.md docs/how-to/tutorial.md
 
-A fenced block that is followed by a text block is run: python and py by this Python, console and sh by the
-shell, where ASPERITY is the folder of the project.  A text block directly after the fenced block is replaced
-by the output.  A text block with prose in between is an excerpt: each of its lines is replaced by the line of
-the output (or of the file after -o) that differs from it in numbers only.  Files of docs/images that the page
-names are copied.  Numbers in prose do not change: the tests of the pages report those that are out of date.
+A fenced block that is followed by a text block is run: python, py and commands of asperity by this Python,
+other lines by the shell, where ASPERITY is the folder of the project.  A text block directly after the fenced
+block is replaced by the output.  A text block with prose in between is an excerpt: each of its lines is
+replaced by the line of the output (or of the file after -o) that differs from it in numbers only.  Files of
+docs/images that the page names are copied.  Numbers in prose do not change: the tests of the pages report
+those that are out of date.
 Notebooks, such as docs/how-to/rock-joint.ipynb, have what their cells print now.
 """
 
@@ -18,6 +19,7 @@ import io
 import json
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -26,6 +28,8 @@ from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
+
+from asperity.cli import main as main_of_asperity
 
 ROOT = Path(__file__).parents[2]
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -46,15 +50,22 @@ def printed_by_cells(cells: list[dict[str, Any]]) -> Iterator[tuple[dict[str, An
 def notebook(page: Path, folder: Path) -> str:
     """Text of the notebook with what its cells print in the given folder."""
     content = json.loads(page.read_text(encoding="utf-8"))
-    here = Path.cwd()
-    os.chdir(folder)
-    try:
+    with _inside(folder):
         for cell, printed in printed_by_cells(content["cells"]):
             stream = {"name": "stdout", "output_type": "stream", "text": printed.splitlines(True)}
             cell["outputs"] = [stream] if printed else []
+    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+
+
+@contextlib.contextmanager
+def _inside(folder: Path) -> Iterator[None]:
+    """Make a folder the current one in a block."""
+    here = Path.cwd()
+    os.chdir(folder)
+    try:
+        yield
     finally:
         os.chdir(here)
-    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
 
 
 def follow(page: Path, folder: Path, hosts: bool = True) -> str:
@@ -77,11 +88,26 @@ def follow(page: Path, folder: Path, hosts: bool = True) -> str:
 
 
 def _run(language: str, code: str, folder: Path) -> str:
-    """Output of a block, which must end with exit code 0."""
-    command = [sys.executable, "-c", code] if language in ("python", "py") else ["sh", "-ec", code]
+    """Output of a block, which must end with exit code 0.
+
+    Python and commands of asperity alone run here, as each process would import all again.
+    """
+    commands, printed = code.replace("\\\n", " ").splitlines(), io.StringIO()
+    if language in ("python", "py"):
+        with _inside(folder), contextlib.redirect_stdout(printed):
+            exec(compile(code, "block", "exec"), {"__name__": "__main__"})
+        return printed.getvalue()
+    if all(re.fullmatch(r"asperity [-\w ./=,]+", command) for command in commands):
+        for command in commands:
+            with _inside(folder), contextlib.redirect_stdout(printed):
+                if main_of_asperity(shlex.split(command)[1:]) != 0:
+                    raise SystemExit(f"{code}\n{printed.getvalue()}")
+        return printed.getvalue()
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     env = os.environ | {"PATH": path, "ASPERITY": str(ROOT), "PYTHONPATH": str(ROOT), "MPLBACKEND": "Agg"}
-    ended = subprocess.run(command, capture_output=True, text=True, cwd=folder, env=env, check=False)
+    ended = subprocess.run(
+        ["sh", "-ec", code], capture_output=True, text=True, cwd=folder, env=env, check=False
+    )
     if ended.returncode != 0:
         raise SystemExit(f"{code}\n{ended.stdout}{ended.stderr}")
     return ended.stdout
