@@ -214,7 +214,7 @@ def array(name: str, value: ArrayLike, *shapes: tuple[int | str, ...]) -> Floats
     """
     # arrays of doubles, as those of each call in a loop, need no conversion
     if type(value) is np.ndarray and value.dtype == np.float64 and value.shape in shapes:
-        return np.ascontiguousarray(value)
+        return np.asarray(value, order="C")
     try:
         kind = np.asarray(value).dtype.kind
         if kind in "cmM" or np.ma.is_masked(value):  # NumPy would drop imaginary parts, units and masks
