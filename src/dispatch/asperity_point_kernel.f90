@@ -15,7 +15,7 @@ module asperity_point_kernel
 contains
 
   !> As update_point of asperity_point, but one array holds the state at the start and then the state at the end.
-  pure subroutine update_point_in_place(joint, s_old, s, state, traction, tangent, dt, wearing)
+  pure subroutine update_point_in_place(joint, s_old, s, state, traction, tangent, dt, wearing, booked)
     type(interface_type), intent(in) :: joint          !! material and pattern
     real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start of the increment, length
     real(wp), intent(in) :: s(3)                       !! separation at its end, length
@@ -24,10 +24,11 @@ contains
     real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
     real(wp), intent(in), optional :: dt               !! duration, >= 0 (used only if tau_v or c > 0), time; absent: 0
     real(wp), intent(in), optional :: wearing          !! part of the wear that is done, 0 to 1; absent: 1
+    logical, intent(out), optional :: booked           !! present: no rupture and friction of a long increment
     if (instruction_set() >= 3 .and. joint%pattern%n > narrow) then
-      call update_v3(joint, s_old, s, state, traction, tangent, dt, wearing)
+      call update_v3(joint, s_old, s, state, traction, tangent, dt, wearing, booked)
     else
-      call update_v1(joint, s_old, s, state, traction, tangent, dt, wearing)
+      call update_v1(joint, s_old, s, state, traction, tangent, dt, wearing, booked)
     end if
   end subroutine update_point_in_place
 

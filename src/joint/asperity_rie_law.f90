@@ -25,6 +25,7 @@ module asperity_rie_law
     procedure :: cannot_soften
     procedure :: admissible
     procedure :: bond_pressure
+    procedure :: book
     procedure :: magnitude
     procedure :: contact_opening
     procedure :: explain_branch
@@ -92,10 +93,29 @@ contains
     type(point_type), intent(in) :: old         !! separation and STATEV at the start
     type(point_type), intent(inout) :: new      !! separation at the end -> traction, tangent and STATEV
     real(wp), intent(out) :: requested          !! 1, as it takes increments of any size
-    call update_point(law%joint, old%s, new%s, old%state, new%state, new%traction, new%tangent, call%duration, &
-      call%worn_fraction)
+    if (call%draft) then
+      call update_point(law%joint, old%s, new%s, old%state, new%state, new%traction, new%tangent, call%duration, &
+        call%worn_fraction, new%booked)
+    else
+      call update_point(law%joint, old%s, new%s, old%state, new%state, new%traction, new%tangent, call%duration, &
+        call%worn_fraction)
+      new%booked = .true.
+    end if
     requested = 1.0_wp
   end subroutine update
+
+  !> Add rupture and friction of a long increment to a state, of which a draft has left them out: they take the time of
+  !> several updates, and nothing else depends on them.
+  pure subroutine book(law, call, old, new)
+    class(rie_law), intent(in) :: law        !! the law
+    type(call_type), intent(in) :: call      !! that of the update
+    type(point_type), intent(in) :: old      !! separation and STATEV at the start
+    type(point_type), intent(inout) :: new   !! the point at the end, whose STATEV is completed
+    if (new%booked) return
+    call update_point(law%joint, old%s, new%s, old%state, new%state, new%traction, new%tangent, call%duration, &
+      call%worn_fraction)
+    new%booked = .true.
+  end subroutine book
 
   !> Energies of a state: stored, and dissipated by rupture, friction and wear, stress*length.
   pure function energies(state)

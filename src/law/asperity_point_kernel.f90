@@ -45,7 +45,7 @@ module asperity_point_kernel
 contains
 
   !> As update_point of asperity_point, but one array holds the state at the start and then the state at the end.
-  pure subroutine update_point_in_place(joint, s_old, s, state, traction, tangent, dt, wearing)
+  pure subroutine update_point_in_place(joint, s_old, s, state, traction, tangent, dt, wearing, booked)
     type(interface_type), intent(in) :: joint          !! material and pattern
     real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start of the increment, length
     real(wp), intent(in) :: s(3)                       !! separation at its end, length
@@ -54,6 +54,8 @@ contains
     real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
     real(wp), intent(in), optional :: dt               !! duration, >= 0 (used only if tau_v or c > 0), time; absent: 0
     real(wp), intent(in), optional :: wearing          !! part of the wear that is done, 0 to 1; absent: 1
+    logical, intent(out), optional :: booked           !! whether the state has rupture and friction of the increment: a
+                                                       !! long one leaves them out here; absent: it has them
     type(vector_type) :: from, to
     type(growth_type) :: growth
     type(planes_type) :: planes
@@ -90,7 +92,8 @@ contains
     kernel = kernel_of(joint%material, joint%pattern%steepest)
     accounts = dissipation_type(0.0_wp, 0.0_wp)
     long = long_increment(joint%material, growth, from, to) > 0.0_wp
-    if (long) call sum_accounts(joint, kernel, growth, part, from, to, planes, accounts)
+    if (long .and. .not. present(booked)) call sum_accounts(joint, kernel, growth, part, from, to, planes, accounts)
+    if (present(booked)) booked = .not. long
     select case (kernel)
     case (kernel_straight)
       call sum_planes(joint, kernel_straight, growth, part, from, to, planes, sums)

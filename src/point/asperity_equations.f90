@@ -12,8 +12,8 @@ module asperity_equations
     residual_tolerance, resolved, rest, rounding_scale
   implicit none
   private
-  public :: new_point, new_equations, ramp, evaluate, look_back, may_go_on, free_matrix, alike, predict, unstable, &
-    is_unstiff, largest_move, farthest_equilibrium, work_between
+  public :: new_point, new_equations, ramp, evaluate, book, look_back, may_go_on, free_matrix, alike, predict, &
+    unstable, is_unstiff, largest_move, farthest_equilibrium, work_between
   public :: point_type
 
   !> End of an increment: complete, no equilibrium found, limit of updates reached, start or targets out of range; of a
@@ -108,7 +108,7 @@ contains
   !> Update the point for free separations x at a fraction of the increment, and compute the residual of the prescribed
   !> tractions. Time and wear grow with the fraction. Once the law has asked for a part of the increment, nothing has a
   !> result.
-  subroutine evaluate(law, equations, x, fraction, point, residual, error)
+  subroutine evaluate(law, equations, x, fraction, point, residual, error, draft)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; the update is counted
     real(wp), intent(in) :: x(3)                        !! separations, of which the free ones are used, length
@@ -118,6 +118,8 @@ contains
     real(wp), intent(out) :: error                      !! largest residual relative to the traction scale of
                                                         !! `residual_tolerance`; huge: no result, as x is out of
                                                         !! range, or the law cannot take the increment
+    logical, intent(in), optional :: draft              !! whether dissipated energies are left to `book`; absent: no
+    type(call_type) :: call
     real(wp) :: coarsest, requested, scales(3), values(3)
 
     residual = 0.0_wp
@@ -129,7 +131,9 @@ contains
       if (.not. all_bounded(size(point%s), point%s, law%bound)) return
       if (.not. allocated(point%state)) allocate (point%state(law%n_state))
       equations%report%updates = equations%report%updates + 1
-      call law%update(part_call(equations, fraction), old, point, requested)
+      call = part_call(equations, fraction)
+      if (present(draft)) call%draft = draft
+      call law%update(call, old, point, requested)
       equations%report%requested = requested
       if (requested < 1.0_wp) return
       point%work = old%work + work_between(old%s, old%traction, point%s, point%traction)
@@ -143,6 +147,15 @@ contains
     where (stays(law, equations, point)) scales = max(scales, coarsest)
     error = maxval(abs(residual)/scales)
   end subroutine evaluate
+
+  !> Add the dissipated energies that the drafts of Newton's method leave out to the point at its end.
+  subroutine book(law, equations, fraction, point)
+    class(point_law), intent(in) :: law                 !! the law
+    type(equations_type), intent(in) :: equations       !! the equations
+    real(wp), intent(in) :: fraction                    !! of the increment
+    type(point_type), intent(inout) :: point            !! of `evaluate` at this fraction
+    call law%book(part_call(equations, fraction), equations%old, point)
+  end subroutine book
 
   !> What passes from `done` to a fraction of the increment: time and wear.
   pure function part_call(equations, fraction) result(call)

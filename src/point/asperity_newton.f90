@@ -1,7 +1,7 @@
 !> Semismooth Newton method with a line search for the prescribed tractions. At a kink of the law the consistent tangent
 !> is the derivative of the side on which the iterate lies.
 module asperity_newton
-  use asperity_equations, only: equations_type, evaluate, free_matrix, point_type, unstable
+  use asperity_equations, only: book, equations_type, evaluate, free_matrix, point_type, unstable
   use asperity_elimination, only: eliminate
   use asperity_kinds, only: wp
   use asperity_point_law, only: point_law
@@ -35,16 +35,19 @@ contains
     type(newton_type), intent(out) :: result            !! result
     real(wp) :: error, length, next_error, r(3), step(3), trial(3), x(3), x_0(3)
     integer :: i
-    logical :: good
+    logical :: draft, good
 
+    ! without free separations the first point is the last one
+    draft = any(equations%control%traction)
     x_0 = point%s
     x = x_0
-    call evaluate(law, equations, x, fraction, point, r, error)
+    call evaluate(law, equations, x, fraction, point, r, error, draft)
     if (error >= huge(error)) return
     do i = 0, most_iterations
       result%last = free_matrix(law, equations, point)
       if (result%stable) result%stable = .not. unstable(result%last, law%stiffness)
       result%converged = error <= residual_tolerance .and. (i > 0 .or. .not. equations%damping > 0.0_wp)
+      if (result%converged) call book(law, equations, fraction, point)
       if (result%converged .or. i == most_iterations) return
       call newton_step(equations, law%stiffness, result%last, r, step, good)
       if (.not. good) return
@@ -56,7 +59,7 @@ contains
         trial = x + length*step
         ! a facet starts to curve at its foot, which separations of zero must meet exactly
         where (abs(trial(2:3)) <= residual_tolerance*abs(point%s(1))) trial(2:3) = 0.0_wp
-        call evaluate(law, equations, trial, fraction, point, r, next_error)
+        call evaluate(law, equations, trial, fraction, point, r, next_error, draft)
         if (next_error <= max(residual_tolerance, (1.0_wp - decrease*length)*error)) exit
         if (i == 0 .and. next_error < huge(next_error)) exit
         length = 0.5_wp*length

@@ -17,6 +17,7 @@ module asperity_point_law
     real(wp) :: tangent(3, 3) = 0.0_wp    !! d traction_i/d s_j, stress/length
     real(wp) :: work = 0.0_wp             !! work of the traction so far, stress*length
     real(wp), allocatable :: state(:)     !! STATEV
+    logical :: booked = .true.            !! whether it has the dissipated energies of the last update
   end type point_type
 
   !> A call of a law: its place in a load path, for routines of a host, and what passes in it.
@@ -26,6 +27,7 @@ module asperity_point_law
     real(wp) :: began = 0.0_wp               !! time at which the step of the load path began
     real(wp) :: duration = 0.0_wp            !! >= 0, time
     real(wp) :: worn_fraction = 0.0_wp       !! part of the wear of the increment that is done, 0 to 1
+    logical :: draft = .false.               !! whether dissipated energies may be left out, which `book` adds
   end type call_type
 
   !> A law that gives the traction of a point for its separation (N, Tx, Ty).
@@ -53,6 +55,7 @@ module asperity_point_law
     procedure, non_overridable :: accounts
     procedure :: admissible
     procedure :: bond_pressure
+    procedure :: book
     procedure :: cannot_soften
     procedure :: contact_opening
     procedure :: explain_branch
@@ -147,6 +150,14 @@ contains
     real(wp) :: largest
     largest = 0.0_wp
   end function bond_pressure
+
+  !> Add to a state the dissipated energies that an update has left out; by default it has left out none.
+  pure subroutine book(law, call, old, new)
+    class(point_law), intent(in) :: law      !! the law
+    type(call_type), intent(in) :: call      !! that of the update
+    type(point_type), intent(in) :: old      !! separation and state at the start
+    type(point_type), intent(inout) :: new   !! the point at the end, whose state is completed
+  end subroutine book
 
   !> Append why the unstable part of a branch cannot be followed; a law that does not know follows it.
   pure subroutine explain_branch(law, place, message)
