@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...contract import Floats
-from .model import PLAUSIBLE, SPRINGS, Problem, from_scale, plausible, rows_of, to_scale
+from .model import PLAUSIBLE, SPRINGS, Curve, Problem, from_scale, plausible, rows_of, to_scale
 from .rigid import SHAPES
 from .search import (
     Solution,
@@ -161,7 +161,7 @@ def _groups(solution: Solution, slopes: Floats) -> Iterator[np.ndarray]:
     """
     rows, tests = solution.problem.rows, solution.problem.tests
     column = solution.problem.is_dilation.astype(int)
-    test, part = rows.test.to_numpy(), np.zeros(len(rows), dtype=int)
+    test, part = rows.test, np.zeros(rows.test.size, dtype=int)
     share = np.sum(np.linalg.qr(slopes)[0] ** 2, axis=1)
     slips = [np.append(0.0, test.slip) for test in tests]
     ways = [np.cumsum(np.abs(np.diff(slip))) for slip in slips]
@@ -427,12 +427,10 @@ class Scaled(Problem):
         """Slips and rows of each test."""
         return [problem.paths[0] for _, problem in self.each]
 
-    def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
-        """tau, s_N and the number of converged rows of each test."""
-        return [
-            problem.curves({**values, **{name: factor * values[name] for name in ("sigma0", "Gc")}})[0]
-            for factor, problem in self.each
-        ]
+    def curve(self, values: Mapping[str, float], number: int) -> Curve:
+        """Curve of a test."""
+        factor, problem = self.each[number]
+        return problem.curves({**values, **{name: factor * values[name] for name in ("sigma0", "Gc")}})[0]
 
 
 def _scaled(problem: Problem) -> Scaled:

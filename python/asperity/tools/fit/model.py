@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
-from typing import TYPE_CHECKING
+from functools import cache, cached_property, lru_cache
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,8 +33,11 @@ from .thresholds import (
     STIFF_CONTACT,
 )
 
-if TYPE_CHECKING:
-    from pandas import DataFrame
+Curve: TypeAlias = tuple[Floats, Floats, int]
+"""tau and s_N of a test, (P,) each, and the number of rows with equilibrium."""
+
+Constants: TypeAlias = tuple[tuple[str, float], ...]
+"""Values of constants with their names."""
 
 TIMELESS = tuple(
     row
@@ -69,8 +72,10 @@ PLAUSIBLE = {row.name: row.plausible for row in TIMELESS} | dict.fromkeys((KS, K
 PLAUSIBLE |= {"kn": (1e-2, 1e8)}
 """Scale, unit and plausible range of a constant; the range is in multiples of the size of its unit."""
 
-SIDES, PRELOAD = 2, 10
-"""Inclined planes of the default pattern, along the slip; increments of sigma_N before the slip."""
+SIDES, PRELOAD, KEPT = 2, 10, 64
+"""Inclined planes of the default pattern, along the slip; increments of sigma_N before the slip; and runs of
+the law that a problem keeps.
+"""
 
 
 def to_scale(name: str, value: ArrayLike) -> Floats:
@@ -123,7 +128,7 @@ def slip_curve(
     direction: float,
     preload: int,
     spring: float = 0.0,
-) -> tuple[Floats, Floats, int]:
+) -> Curve:
     """tau along the slip and s_N since its start, (P,) each, and the number of converged rows.
 
     The model of a shear box: `Interface.confined_slip` under sigma_N and k_N of the test, without its state
@@ -145,6 +150,19 @@ def slip_curve(
         return np.zeros(n), np.zeros(n), 0
     place = first + np.minimum(np.arange(n), done - 1)
     return (along[0] * t_x + along[1] * t_y)[place], (s_N - s_N[first])[place], done
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Row of every residual, (n,) each: number of its test, name of its column, row there, measured value and
+    scale.
+    """
+
+    test: NDArray[np.intp]
+    name: NDArray[np.str_]
+    row: NDArray[np.intp]
+    measured: Floats
+    scale: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,13 +206,8 @@ class Problem:
         return paths
 
     @cached_property
-    def rows(self) -> DataFrame:
-        """Row of every residual: number of its test, name of its column, row there, measured value, scale.
-
-        The scale is the range in the test.
-        """
-        from pandas import DataFrame, concat
-
+    def rows(self) -> Rows:
+        """Row of every residual; the scale is the range in the test."""
         least = LEAST_RANGE * max([0.0, *(np.ptp(test.s_N) for test in self.tests if test.s_N is not None)])
         parts = []
         for number, test in enumerate(self.tests):
@@ -202,20 +215,21 @@ class Problem:
             if test.s_N is not None:
                 columns.append(("dilation", test.s_N, max(float(np.ptp(test.s_N)), least)))
             for name, measured, of_column in columns:
-                column = {"measured": measured, "row": np.arange(measured.size), "scale": of_column}
-                parts.append(DataFrame({"test": number, "name": name} | column))
-        return concat(parts, ignore_index=True)
+                same = (np.full(measured.size, value) for value in (number, name, of_column))
+                parts.append((*same, np.arange(measured.size), measured))
+        tests, names, scales, rows, measured = map(np.concatenate, zip(*parts, strict=True))
+        return Rows(tests, names, rows, measured, scales)
 
     @cached_property
     def measured(self) -> tuple[Floats, Floats, Floats]:
         """Measured value, scale and weight of every residual."""
         weights = np.where(self.is_dilation, self.weight, 1.0)
-        return self.rows.measured.to_numpy(), self.rows.scale.to_numpy(), weights
+        return self.rows.measured, self.rows.scale, weights
 
     @cached_property
     def is_dilation(self) -> NDArray[np.bool_]:
         """Mask of the residuals of s_N."""
-        mask: NDArray[np.bool_] = (self.rows.name == "dilation").to_numpy()
+        mask: NDArray[np.bool_] = self.rows.name == "dilation"
         return mask
 
     def values(self, x: Floats) -> dict[str, float]:
@@ -235,10 +249,23 @@ class Problem:
         """PROPS of the interface with these constants."""
         return self.interface(values).props()
 
-    def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
-        """tau, s_N and the number of converged rows of each test, from `slip_curve`."""
-        props, pairs = self.props(values), zip(self.tests, self.paths, strict=True)
-        return [slip_curve(props, test, *path, self.direction, PRELOAD) for test, path in pairs]
+    def curves(self, values: Mapping[str, float]) -> list[Curve]:
+        """Curve of each test."""
+        return [self.curve(values, number) for number in range(len(self.tests))]
+
+    def curve(self, values: Mapping[str, float], number: int) -> Curve:
+        """tau, s_N and the number of rows with equilibrium of a test."""
+        return self.known(number, tuple(values.items()))
+
+    @cached_property
+    def known(self) -> Callable[[int, Constants], Curve]:
+        """Runs of the law, the last of which are kept: a search and what follows ask for some again."""
+        return lru_cache(KEPT)(self.run)
+
+    def run(self, number: int, constants: Constants) -> Curve:
+        """Curve of a test by the law, from `slip_curve`."""
+        props, test = self.props(dict(constants)), self.tests[number]
+        return slip_curve(props, test, *self.paths[number], self.direction, PRELOAD)
 
     def residuals(self, x: Floats) -> Floats:
         """Model less measurement, divided by the range of tau or of s_N of each test, with their weights."""
@@ -281,32 +308,36 @@ class Series(Problem):
             paths.append((slips, np.arange(1, slips.size)))
         return paths
 
-    def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
-        """tau, s_N and the number of rows with equilibrium of each test."""
-        curves = []
-        for test, (slips, _) in zip(self.tests, self.paths, strict=True):
-            outside, tau, s_N, done = self.outside(values, test, slips[-1])
-            lost = slips.size
-            if done < outside.size:
-                lost = int(np.searchsorted(slips, outside[max(done - 1, 0)]))
-            curves.append((np.interp(slips, outside, tau), np.interp(slips, outside, s_N), lost))
-        return curves
+    def curve(self, values: Mapping[str, float], number: int) -> Curve:
+        """tau, s_N and the number of rows with equilibrium of a test."""
+        slips = self.paths[number][0]
+        outside, tau, s_N, done = self.outside(values, number)
+        lost = slips.size
+        if done < outside.size:
+            lost = int(np.searchsorted(slips, outside[max(done - 1, 0)]))
+        return np.interp(slips, outside, tau), np.interp(slips, outside, s_N), lost
 
-    def outside(
-        self, values: Mapping[str, float], test: ShearTest, top: float
-    ) -> tuple[Floats, Floats, Floats, int]:
-        """Measured slips, tau and s_N of a test, (P,) each, up to slips of the joint of the size top.
+    @cached_property
+    def signs(self) -> list[float]:
+        """Sign of the slip of each test."""
+        return [sign_of(test) for test in self.tests]
 
-        And the number of rows with equilibrium.
-        """
-        stiffness, sign = 1.0 / self.compliance(values), sign_of(test)
+    def top(self, number: int) -> float:
+        """Largest slip up to which the joint is followed in a test."""
+        return float(self.paths[number][0][-1])
+
+    def outside(self, values: Mapping[str, float], number: int) -> tuple[Floats, Floats, Floats, int]:
+        """Measured slips, tau and s_N of a test, (P,) each, and the number of rows with equilibrium."""
+        test, sign, stiffness = self.tests[number], self.signs[number], 1.0 / self.compliance(values)
+        top = self.top(number)
         slips = top * places(self.increments)
-        alone = test
-        if test.path_N is not None:
+        if test.path_N is None:
+            tau, s_N, done = self.slid(values, number)
+        else:
             at = np.maximum.accumulate(np.maximum(0.0, sign * (test.slip - test.tau / stiffness)))
             path = np.interp(slips[1:], at, test.path_N)
             alone = replace(test, slip=slips[1:], tau=slips[1:], s_N=None, lines=(), path_N=path)
-        tau, s_N, done = self.slid(values, alone, sign * slips)
+            tau, s_N, done = self.slid_under(values, alone, sign * slips)
         # softening steeper than the spring is passed at one measured slip
         outside = np.maximum.accumulate(slips + sign * tau / stiffness) + 1e-12 * top * np.arange(slips.size)
         return outside, tau, s_N, done
@@ -315,8 +346,17 @@ class Series(Problem):
         """Slip over traction of what lies in series with `slid`, length/stress."""
         return 1.0 / values[KT]
 
-    def slid(self, values: Mapping[str, float], test: ShearTest, slips: Floats) -> tuple[Floats, Floats, int]:
-        """tau, s_N and the number of rows with equilibrium of the joint alone, as `slip_curve`."""
+    def slid(self, values: Mapping[str, float], number: int) -> Curve:
+        """Curve of the joint alone under the pressure of a test, on which the spring has no effect."""
+        return self.known(number, tuple(item for item in values.items() if item[0] != KT))
+
+    def run(self, number: int, constants: Constants) -> Curve:
+        """The same without those that are kept."""
+        slips = self.signs[number] * (self.top(number) * places(self.increments))
+        return self.slid_under(dict(constants), self.tests[number], slips)
+
+    def slid_under(self, values: Mapping[str, float], test: ShearTest, slips: Floats) -> Curve:
+        """Curve of the joint alone at these slips, as `slip_curve`."""
         rows = np.arange(1, slips.size)
         return slip_curve(self.props(values), test, slips, rows, self.direction, PRELOAD)
 
@@ -324,10 +364,11 @@ class Series(Problem):
 class CyclicSeries(Problem):
     """The same with reversals of the slip, where the driver has the spring: x is the way of its far end."""
 
-    def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
-        """tau, s_N and the number of rows with equilibrium of each test."""
-        props, pairs = self.props(values), zip(self.tests, self.paths, strict=True)
-        return [slip_curve(props, test, *path, self.direction, PRELOAD, values[KT]) for test, path in pairs]
+    def run(self, number: int, constants: Constants) -> Curve:
+        """Curve of a test by the law."""
+        values, test = dict(constants), self.tests[number]
+        path = self.paths[number]
+        return slip_curve(self.props(values), test, *path, self.direction, PRELOAD, values[KT])
 
 
 class Cyclic(Problem):
@@ -339,8 +380,8 @@ class Cyclic(Problem):
         ranges = PLAUSIBLE | {KS: (PLAUSIBLE[KS][0], SOFT_CYCLES)}
         return np.transpose([to_scale(name, plausible(name, *self.size, ranges)) for name in self.free])
 
-    def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
-        """Curves as of any problem.
+    def curve(self, values: Mapping[str, float], number: int) -> Curve:
+        """Curve as of any problem.
 
         Raises ValueError for a bond that counts as rigid, which takes too many increments in each cycle.
         """
@@ -349,7 +390,7 @@ class Cyclic(Problem):
             stiffness = values["sigma0"] ** 2 / (2.0 * values["Gc"] * (1.0 - values["eta"]))
             if stiffness > STIFF * stress / length:
                 raise ValueError(f"sigma0 = {values['sigma0']:g}: a bond of the stiffness {stiffness:g}")
-        return super().curves(values)
+        return super().curve(values, number)
 
 
 @dataclass(frozen=True, eq=False)
@@ -370,7 +411,13 @@ class Rigid(Series):
             return 1.0 / values[KT] + 1.0 / values[KS]
         return 1.0 / values[KT] + 2.0 * (1.0 - values["eta"]) * values["Gc"] / values["sigma0"] ** 2
 
-    def slid(self, values: Mapping[str, float], test: ShearTest, slips: Floats) -> tuple[Floats, Floats, int]:
+    def slid(self, values: Mapping[str, float], number: int) -> Curve:
+        """As of any series; a bond that rises has the elastic slip itself."""
+        if SHAPES[self.shape].rises:
+            return self.known(number, tuple(values.items()))
+        return super().slid(values, number)
+
+    def slid_under(self, values: Mapping[str, float], test: ShearTest, slips: Floats) -> Curve:
         """tau and s_N of the closed form."""
         tau, s_N = rigid_curve(test, np.abs(slips), values, SHAPES[self.shape])
         return sign_of(test) * tau, s_N, slips.size
@@ -383,22 +430,31 @@ class Started(Rigid):
     Both are found for each test anew, whatever the constants are, so that they are no further constants.
     """
 
-    def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
-        """tau, s_N and the number of rows of each test, from its best starts on."""
-        return [self._started(i, values) for i in range(len(self.tests))]
-
     @cached_property
     def scales(self) -> list[tuple[float, float]]:
         """Range of tau and of s_N of each test, as of the residuals."""
-        rows = self.rows.groupby(["test", "name"]).scale.first()
-        return [(rows[i, "tau"], rows.get((i, "dilation"), 1.0)) for i in range(len(self.tests))]
+        rows = self.rows
 
-    def _started(self, number: int, values: Mapping[str, float]) -> tuple[Floats, Floats, int]:
-        """tau, s_N and the number of rows of a test."""
+        def scale(number: int, name: str) -> float:
+            of_column = rows.scale[(rows.test == number) & (rows.name == name)]
+            return float(of_column[0]) if of_column.size else 1.0
+
+        return [(scale(i, "tau"), scale(i, "dilation")) for i in range(len(self.tests))]
+
+    def farthest(self, number: int) -> float:
+        """Largest start of the slip of a test."""
+        return FARTHEST * float(np.ptp(self.paths[number][0]))
+
+    def top(self, number: int) -> float:
+        """Largest slip up to which the joint is followed in a test."""
+        return super().top(number) + self.farthest(number)
+
+    def curve(self, values: Mapping[str, float], number: int) -> Curve:
+        """tau, s_N and the number of rows of a test, from its best starts on."""
         test = self.tests[number]
         slips, (of_tau, of_s_N) = self.paths[number][0], self.scales[number]
-        farthest = FARTHEST * float(np.ptp(slips))
-        outside, tau, s_N, _ = self.outside(values, test, slips[-1] + farthest)
+        farthest = self.farthest(number)
+        outside, tau, s_N, _ = self.outside(values, number)
 
         def at(starts: Floats) -> tuple[Floats, Floats, Floats]:
             """Sum of squares, strength and opening, a row for each start of the slip."""

@@ -300,13 +300,13 @@ def residuals_text(fit: Fit) -> str:
     columns = ["test", "row", "quantity", "slip", "measured", "fitted", "residual_over_range"]
     rows, residuals = problem.rows, fit.residuals
     lines = [",".join(columns)]
-    for i, row in enumerate(rows.itertuples()):
-        test: ShearTest = problem.tests[row.test]
-        fitted = row.measured + residuals[i] * row.scale
+    for i, (number, row, measured) in enumerate(zip(rows.test, rows.row, rows.measured, strict=True)):
+        test: ShearTest = problem.tests[number]
+        fitted = measured + residuals[i] * rows.scale[i]
         name = cell_of(test.name)
-        values = f"{test.slip[row.row]:.7g},{row.measured:.7g},{fitted:.7g},{residuals[i]:.5g}"
-        line = test.lines[row.row] if test.lines else row.row + 1
-        lines.append(f"{name},{line},{row.name},{values}")
+        values = f"{test.slip[row]:.7g},{measured:.7g},{fitted:.7g},{residuals[i]:.5g}"
+        line = test.lines[row] if test.lines else row + 1
+        lines.append(f"{name},{line},{rows.name[i]},{values}")
     return "\n".join(lines) + "\n"
 
 

@@ -206,14 +206,15 @@ def rigid_curve(
     def forces(share: Floats) -> tuple[Floats, Floats]:
         """Pressure on the joint without the pull of the bond, and its pull along the slip and across."""
         opening = share * z
+        pressure = np.maximum(0.0, pressed + test.k_N * opening)
+        if not bond > 0.0:
+            return pressure, np.zeros_like(u)
         rise = opening if shape.climbs else np.zeros_like(u)
         way = np.maximum(np.hypot(u, rise), 1e-300)
-        pull = np.zeros_like(u)
-        if bond > 0.0:
-            at_peak = bond**2 / (values["Gc"] * values["kT"]) if shape.rises else 0.0
-            pull = bond * shape.softening(way * bond / values["Gc"], at_peak)
+        at_peak = bond**2 / (values["Gc"] * values["kT"]) if shape.rises else 0.0
+        pull = bond * shape.softening(way * bond / values["Gc"], at_peak)
         along, across = np.where(u > 0.0, u / way, 1.0) * pull, rise / way * pull
-        return np.maximum(0.0, pressed + test.k_N * opening) + across, along
+        return pressure + across, along
 
     share = np.ones_like(u)
     if crush > 0.0 and slope > 0.0:

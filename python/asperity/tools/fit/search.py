@@ -174,7 +174,7 @@ def residuals(problem: Problem, x: Floats) -> Floats:
     try:
         residuals = problem.residuals(x)
     except (ValueError, ArithmeticError):
-        return np.full(len(problem.rows), PENALTY)
+        return np.full(problem.rows.row.size, PENALTY)
     return np.where(np.isfinite(residuals), residuals, PENALTY)
 
 
@@ -341,8 +341,11 @@ def refitted(
 def independent(solution: Solution) -> dict[str, float]:
     """Number of independent data of tau and of the dilation."""
     counts = {"tau": 0.0, "dilation": 0.0}
-    for (_, name), rows in solution.problem.rows.groupby(["test", "name"]).indices.items():
-        counts[str(name)] += independent_rows(solution.residuals[rows])
+    rows = solution.problem.rows
+    for number in range(len(solution.problem.tests)):
+        for name in counts:
+            of_column = solution.residuals[(rows.test == number) & (rows.name == name)]
+            counts[name] += independent_rows(of_column) if of_column.size else 0.0
     return counts
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -61,10 +62,10 @@ def grade_of(error: float) -> str:
 def compared(problem: Problem, values: Mapping[str, float], only: int | None = None) -> list[Comparison]:
     """Measured and predicted numbers of the tests of a problem, or of one of them."""
     top = max([0.0, *(float(np.abs(test.s_N).max()) for test in problem.tests if test.s_N is not None)])
-    parts, comparisons = zip(problem.tests, problem.paths, problem.curves(values), strict=True), []
-    for number, (test, (_, rows), (tau, s_N, _)) in enumerate(parts):
-        if only is not None and number != only:
-            continue
+    comparisons = []
+    for number in range(len(problem.tests)) if only is None else (only,):
+        test, (_, rows) = problem.tests[number], problem.paths[number]
+        tau, s_N, _ = problem.curve(values, number)
         measured = numbers(test, test.tau, test.s_N)
         predicted = numbers(test, tau[rows], None if test.s_N is None else s_N[rows])
         off = {name: abs(predicted[name] - value) for name, value in measured.items()}
@@ -87,6 +88,7 @@ def blind(solution: Solution, tests: Sequence[ShearTest]) -> tuple[list[Comparis
     """Each test predicted by the others, with the same model; and the fit without it."""
     comparisons: list[Comparison] = []
     left_out: list[Solution] = []
+    problem = of_law(solution, tests)
     for number in range(len(tests)) if len(tests) > 1 else ():
         rest = [test for i, test in enumerate(tests) if i != number]
         model = solution.model
@@ -95,8 +97,7 @@ def blind(solution: Solution, tests: Sequence[ShearTest]) -> tuple[list[Comparis
         if not model.free:
             continue
         without = refitted(solution, rest, model, tolerance=SEARCHED)
-        problem, values = of_law(solution, tests), dict(without.values)
-        comparisons += compared(problem, values, number)
+        comparisons += compared(problem, dict(without.values), number)
         left_out.append(without)
     return comparisons, left_out
 
@@ -211,10 +212,10 @@ def scatter_of_law(solution: Solution, tests: Sequence[ShearTest]) -> dict[str, 
     for name, scatter in solution.scatter.items():
         factors, sizes = [], []
         for number in range(len(tests)):
-            rows = ((problem.rows.test == number) & (problem.rows.name == name)).to_numpy()
+            rows = (problem.rows.test == number) & (problem.rows.name == name)
             if rows.any():
                 weight = problem.weight if name == "dilation" else 1.0
-                measured = problem.rows.measured.to_numpy()[rows] / problem.rows.scale.to_numpy()[rows]
+                measured = problem.rows.measured[rows] / problem.rows.scale[rows]
                 law = measured + solution.residuals[rows] / weight
                 square = max(float(law @ law), 1e-300)
                 factors.append(1.0 - float(law @ measured) / square)
@@ -433,9 +434,14 @@ class Fit:
         """Numbers of a test by the closed form, if there is one, each set of which runs once."""
         key = (test, *values.items())
         if key not in self._known:
-            alone = self.solution.model.problem([self.tests[test]], 1.0, self.solution.problem.direction)
-            self._known[key] = compared(alone, values)[0].predicted
+            self._known[key] = compared(self._alone[test], values)[0].predicted
         return self._known[key]
+
+    @cached_property
+    def _alone(self) -> list[Problem]:
+        """Problem of each test alone."""
+        model, direction = self.solution.model, self.solution.problem.direction
+        return [model.problem([test], 1.0, direction) for test in self.tests]
 
     @property
     def model_error(self) -> tuple[float, float]:
