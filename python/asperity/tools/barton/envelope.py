@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -77,9 +77,17 @@ class Envelope:
     @cached_property
     def numbers(self) -> Floats:
         """Peak, its slip and opening at the end at each stress: those of Barton and of the law, (2, n, 3)."""
-        joint, end = self.joint, self.slips[-1:]
-        barton = [(joint.peak_strength(p), joint.peak_slip, joint.dilation(end, p)[0]) for p in self.stresses]
-        return np.array([barton, self._numbers(self.curves(self.stresses))])
+        return np.array([numbers_of(self.joint, self.stresses, self.slips), self.of_law])
+
+    @cached_property
+    def of_law(self) -> Floats:
+        """Those of the law, (n, 3)."""
+        return self._numbers(self.at_stresses)
+
+    @cached_property
+    def at_stresses(self) -> list[tuple[Floats, Floats]]:
+        """Curves of the law at the stresses."""
+        return self.curves(self.stresses)
 
     @property
     def closed(self) -> Floats:
@@ -111,6 +119,13 @@ class Envelope:
         from ..fit.thresholds import FAIR, UNSAFE
 
         return bool(np.all((self.parted >= -FAIR) & (self.parted <= UNSAFE)))
+
+
+def numbers_of(joint: Joint, stresses: Floats, slips: Floats) -> Floats:
+    """Peak, its slip and opening at the last slip of a joint of Barton at each stress, (n, 3)."""
+    return np.array(
+        [(joint.peak_strength(p), joint.peak_slip, joint.dilation(slips[-1:], p)[0]) for p in stresses]
+    )
 
 
 def peak(slips: Floats, tau: Floats) -> tuple[float, float]:
@@ -159,7 +174,10 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
     stresses, middle = np.geomspace(low, high, STRESSES), STRESSES // 2
     slips = np.interp(np.linspace(0.0, 2.0, ROWS + 1), [0.0, 1.0, 2.0], [0.0, 2.0, REACH]) * joint.peak_slip
 
-    def law(x: Floats) -> Envelope:
+    barton = numbers_of(joint, stresses, slips)
+
+    @cache
+    def trial(x: tuple[float, ...]) -> Envelope:
         slope, crush, ks, height = np.exp(x).tolist()
         mu, theta = float(np.tan(np.radians(joint.phi_r))), float(np.degrees(np.arctan(slope)))
         values = {"kn": KC * ks, "ks": ks, "mu": mu, "theta": theta, "height": height, "crush": crush}
@@ -167,11 +185,13 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
         interface = Interface(material, Pattern.regular(2, theta, flat=0.0))
         return Envelope(joint, interface, stresses, slips, values)
 
+    def law(x: Floats) -> Envelope:
+        return trial(tuple(x.tolist()))
+
     def residuals(x: Floats) -> Floats:
         # a trial without equilibrium, or whose joint has closed at the end, is far off, and no error
         try:
-            barton, of_law = law(x).numbers
-            misfit = np.log(np.maximum(of_law / barton, LEAST))
+            misfit = np.log(np.maximum(law(x).of_law / barton, LEAST))
         except (ValueError, ArithmeticError):
             misfit = np.full((STRESSES, 3), np.log(LEAST))
         return np.append(misfit[:, 0], misfit[middle, 1:])
@@ -227,8 +247,8 @@ def draw(envelope: Envelope, path: Path) -> None:
             envelopes.plot(envelope.stresses, numbers[:, 0], line, color=colour, label=label)
         label_axes(envelopes, r"normal stress $\sigma_n$ [MPa]", "peak shear strength [MPa]")
         envelopes.legend()
-        some = envelope.stresses[:: STRESSES // 2]
-        for colour, sigma_n, (tau, _) in zip(COLOURS, some, envelope.curves(some), strict=False):
+        some = zip(envelope.stresses, envelope.at_stresses, strict=True)
+        for colour, (sigma_n, (tau, _)) in zip(COLOURS, [*some][:: STRESSES // 2], strict=False):
             curves.plot(envelope.slips, envelope.joint.shear(envelope.slips, sigma_n), "--", color=colour)
             curves.plot(envelope.slips, tau, color=colour, label=f"{sigma_n:.3g} MPa")
         label_axes(curves, "slip [mm]", r"traction $\tau$ [MPa]")
