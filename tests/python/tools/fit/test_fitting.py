@@ -7,6 +7,7 @@ import re
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +34,7 @@ def as_tests(drawn: other_laws.Drawn) -> list[ShearTest]:
     ]
 
 
+@cache
 def rock(seed: int, count: int = 2) -> tuple[list[ShearTest], dict[str, tuple[float, float]]]:
     """Tests of a joint of Mohr and Coulomb with constant pressure, and its constants."""
     for draw in range(100):
@@ -140,11 +142,17 @@ def test_peak_above_beside_a_larger_one_below() -> None:
     assert any("below that of test" in note for note in result.notes)
 
 
+@cache
+def nonsense(draw: int) -> other_laws.Drawn:
+    """A drawn set of nonsense."""
+    return other_laws.nonsense(np.random.default_rng([5, draw]))
+
+
 @pytest.mark.parametrize("kind", range(14))
 def test_nonsense_is_no_result(kind: int) -> None:
     """Noise, halving strengths, shuffled rows and wrong signs are refused or give no constants to use."""
     for draw in range(200):
-        drawn = other_laws.nonsense(np.random.default_rng([5, draw]))
+        drawn = nonsense(draw)
         if drawn.truth["kind"][0] == kind and len(drawn.tests) <= 3 and drawn.tests[0].slip.size <= 80:
             break
     else:
