@@ -289,6 +289,28 @@ results["same"] = before.taken().differences(after.taken())
     assert results["ended"] and results["same"] == {} and len({*results["iterations"]}) == 1
 
 
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_model_that_is_gone(ranks: int) -> None:
+    """Nothing keeps a model that has been solved, nor the options of its linear equations."""
+    results = run(
+        """
+import gc, weakref
+from petsc4py import PETSc
+gone = []
+for _ in range(3):
+    m = model()
+    solve(m, State.virgin(m), pushed(m)(0.5)).taken()
+    gone.append(weakref.ref(m))
+del m
+gc.collect()
+results["kept"] = sum(there() is not None for there in gone)
+results["options"] = [name for name in PETSc.Options().getAll() if name.startswith("asperity_")]
+""",
+        ranks,
+    )
+    assert results == {"kept": 0, "options": []}
+
+
 def test_drivers_share_no_state() -> None:
     """Two paths and a run in time of one model do not meet; a static step after a run in time has no mass."""
     results = run("""

@@ -46,7 +46,7 @@ class Equations:
 
     def __init__(self, model: Model, fixed: Integers, options: str) -> None:
         """Lay out the matrix: entries of the solids, of the joints and of the diagonal, by one list."""
-        self.model, self.fixed = model, fixed
+        self._model, self.fixed = weakref.ref(model), fixed
         m, d = model, model.d
         self.free = np.ones(m.n * d)
         self.free[fixed] = 0.0
@@ -97,6 +97,13 @@ class Equations:
         self.options = options
         self.solvers: dict[bool, Solver] = {}
         self.last: Solver | None = None
+
+    @property
+    def model(self) -> Model:
+        """The model, which the equations do not keep: they are kept as long as it is."""
+        model = self._model()
+        assert model
+        return model
 
     def _rigid(self) -> PETSc.NullSpace:
         """Rigid motions, for algebraic multigrid."""
@@ -160,12 +167,14 @@ class Solver:
         database.setValue("options_left", 0)
         prefix = f"asperity_{next(NUMBERS)}_"
         settings = words_of(DIRECT) | (words_of(MULTIGRID) if multigrid else {}) | chosen
-        self.names, self.chosen = [prefix + name for name in settings], options
+        names, self.chosen = [prefix + name for name in settings], options
+        self.forget = weakref.finalize(self, _forget, names)
+        self.forget.atexit = False
         # those of the levels of multigrid are read where a mesh has these levels
         self.unread = [name for name in chosen if not name.startswith("mg_")]
         self.ksp = ksp = PETSc.KSP().create(COMM)
         self.stale: PETSc.KSP | None = None
-        for name, value in zip(self.names, settings.values(), strict=True):
+        for name, value in zip(names, settings.values(), strict=True):
             database.setValue(name, value)
         ksp.setOptionsPrefix(prefix)
         ksp.setOperators(A)
@@ -237,8 +246,7 @@ class Solver:
         self.ksp.destroy()
         if self.stale:
             self.stale.destroy()
-        for name in self.names:
-            PETSc.Options().delValue(name)
+        self.forget()
 
     def factor(self) -> tuple[float, float, float]:
         """Entries of the factor by MUMPS, operations of its elimination and GB; 0 by other solvers."""
@@ -250,6 +258,12 @@ class Solver:
         entries, gigabytes = factor.getMumpsInfog(29), factor.getMumpsInfog(22) / 1e3
         entries = entries if entries >= 0 else -1e6 * entries  # in millions where they are many
         return float(entries), float(factor.getMumpsRinfog(3)), float(gigabytes)
+
+
+def _forget(names: list[str]) -> None:
+    """Take options out of those of PETSc."""
+    for name in names:
+        PETSc.Options().delValue(name)
 
 
 def words_of(options: str) -> dict[str, str]:
