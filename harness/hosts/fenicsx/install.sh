@@ -27,5 +27,6 @@ for name in "libmpi.so.12", "mpich":  # and the libraries that it needs
     here = pathlib.Path(sysconfig.get_path("purelib"), "dolfinx_solver", "lib", name)
     here.exists() or here.symlink_to(there)
 END
-"$folder/bin/python" -c "import dolfinx"
+# bytecode of what every run imports, also where Python is told to write none: else each compiles it for two seconds
+PYTHONDONTWRITEBYTECODE="" "$folder/bin/python" -c "import asperity.fenicsx, asperity.mesh"
 echo "$folder"
