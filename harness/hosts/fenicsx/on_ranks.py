@@ -1,15 +1,25 @@
-"""Codes that tests run on ranks of MPI, and what each rank stores in the dictionary `results`.
+"""Codes and programs that tests run on ranks of MPI, and what each rank stores in the dictionary `results`.
 
-The ranks print nothing, as their lines may end up in one: rank 0 gathers and prints.
+The ranks stay for the next code, as `waiting_ranks` says.
 """
 
 from __future__ import annotations
 
+import atexit
 import json
+import shlex
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from functools import cache
+from typing import IO
 
 import pytest
 
-from harness.studies.validation.wall_runs import PYTHON, ROOT, start
+from harness.studies.validation.wall_runs import PYTHON, ROOT, launch
+
+ANSWER = "answer: "
+"""Beginning of the line of an answer of ranks that wait."""
 
 WITH_FENICSX = pytest.mark.skipif(
     not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
@@ -38,17 +48,6 @@ def found(terms=None, m=None, **conditions):
 """
 """A model of two blocks."""
 
-BEGINNING = """
-results = {}
-"""
-
-ENDING = """
-import json
-of_ranks = COMM.gather(results)
-if COMM.rank == 0:
-    print(json.dumps(of_ranks))
-"""
-
 WRONG_INPUT = """
 for expression in EXPRESSIONS:
     try:
@@ -59,6 +58,7 @@ for expression in EXPRESSIONS:
 """
 
 
+@cache
 def assert_installed() -> None:
     """The solver of this tree is what build/fenicsx has."""
     [installed] = (PYTHON.parents[1] / "lib").glob("python3.*/site-packages/asperity/fenicsx")
@@ -69,14 +69,87 @@ def assert_installed() -> None:
     assert here == there, "build/fenicsx has another solver: harness/hosts/fenicsx/install.sh build/fenicsx"
 
 
+@dataclass
+class Ranks:
+    """Ranks that wait for codes, and the file of their messages."""
+
+    process: subprocess.Popen[str]
+    messages: IO[str]
+    count: int = 0
+
+    @classmethod
+    def begin(cls, ranks: int) -> Ranks:
+        """Start so many ranks."""
+        command, environment = launch("", "waiting_ranks", ranks)
+        messages = tempfile.TemporaryFile("w+", encoding="utf-8")
+        pipe = subprocess.PIPE
+        process = subprocess.Popen(
+            command, cwd=ROOT, env=environment, stdin=pipe, stdout=pipe, stderr=messages, text=True
+        )
+        return cls(process, messages)
+
+    def answers(self, code: str, words: str) -> list[dict] | None:
+        """What a code does on each rank; None where it ends them."""
+        assert self.process.stdin and self.process.stdout
+        self.count += 1
+        print(json.dumps([code, shlex.split(words)]), file=self.process.stdin, flush=True)
+        for line in self.process.stdout:
+            if line.startswith(ANSWER):
+                answers: list[dict] = json.loads(line.removeprefix(ANSWER))
+                return answers
+        return None
+
+    def end(self) -> tuple[int, str]:
+        """Wait for the end of the ranks; their exit status and messages."""
+        self.process.communicate()
+        self.messages.seek(0)
+        return self.process.returncode, self.messages.read()
+
+
+MOST = 8
+"""Codes of several ranks before others replace them, at whose end alone PETSc releases what a code leaves."""
+
+WAITING: dict[int, Ranks] = {}
+"""Ranks of this process of pytest, by their number."""
+
+
+@atexit.register
+def end_all() -> None:
+    """End all ranks."""
+    while WAITING:
+        WAITING.popitem()[1].end()
+
+
+def answers_of(code: str, words: str, ranks: int) -> list[dict]:
+    """What a code does on each rank; fails with the messages of ranks that it ends."""
+    assert_installed()
+    if ranks > 1 and ranks in WAITING and WAITING[ranks].count == MOST:
+        WAITING.pop(ranks).end()
+    if ranks not in WAITING:
+        WAITING[ranks] = Ranks.begin(ranks)
+    answers = WAITING[ranks].answers(code, words)
+    if answers is None:
+        status, messages = WAITING.pop(ranks).end()
+        raise AssertionError(f"exit {status}: {messages}")
+    assert len(answers) == ranks
+    return answers
+
+
+def done_by(
+    words: str, name: str = "walls", ranks: int = 1, code: str = ""
+) -> subprocess.CompletedProcess[str]:
+    """Run a program of this host, or a code, with options, as `start` does, on ranks that wait."""
+    program = f"import runpy; runpy.run_module('harness.hosts.fenicsx.{name}', run_name='__main__')"
+    answers = answers_of(code or program, words, ranks)
+    out, err = ("".join(answer[key] for answer in answers) for key in ("out", "err"))
+    return subprocess.CompletedProcess(words, max(answer["status"] for answer in answers), out, err)
+
+
 def of_each_rank(code: str, ranks: int) -> list[dict]:
     """Results of a code that goes on from the model of two blocks, by rank."""
-    assert_installed()
-    done = start("", ranks=ranks, code=BEGINNING + MODEL + code + ENDING)
-    assert done.returncode == 0, done.stderr
-    of_ranks = json.loads(done.stdout.splitlines()[-1])
-    assert len(of_ranks) == ranks
-    return of_ranks
+    answers = answers_of(MODEL + code, "", ranks)
+    assert [answer["status"] for answer in answers] == [0] * ranks
+    return [answer["results"] for answer in answers]
 
 
 def of_all_ranks(code: str, ranks: int) -> dict:

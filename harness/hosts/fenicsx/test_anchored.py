@@ -5,10 +5,10 @@ from __future__ import annotations
 from functools import cache
 
 import pytest
-from on_ranks import WITH_FENICSX
+from on_ranks import WITH_FENICSX, done_by
 
 from harness.studies.validation import ribbed
-from harness.studies.validation.wall_runs import printed_by, start
+from harness.studies.validation.wall_runs import printed_by
 
 pytestmark = WITH_FENICSX
 
@@ -18,13 +18,13 @@ RIBS = "mu=0.5 theta=38.66 height=1 crush=3 sigma0=6.5 Gc=3"
 @cache
 def largest(words: str, ranks: int = 1) -> tuple[float, float]:
     """Largest force and mean pressure."""
-    rows, _ = ribbed.solids(words, ranks)
+    rows, _ = ribbed.solids(words, ranks, done_by)
     return max(row[1] for row in rows), max(row[2] for row in rows)
 
 
 def test_linear_bond() -> None:
     """Force and stress along the bar are those of the bar in rigid concrete, whose section stays plane."""
-    rows, bond = ribbed.solids("linear --end 0.001")
+    rows, bond = ribbed.solids("linear --end 0.001", run=done_by)
     # the section does not stay plane: k d/(8 G) = .3 %
     assert rows[-1][1] == pytest.approx(ribbed.linear_force(rows[-1][0]), rel=5e-3)
     for place, stress in bond:
@@ -39,7 +39,7 @@ def test_friction() -> None:
 
 def test_cover() -> None:
     """The cover has the stiffness of a thick ring."""
-    [(_, [stiffness])] = printed_by("ring --grid 4 2 12 12", "anchored")
+    [(_, [stiffness])] = printed_by("ring --grid 4 2 12 12", "anchored", run=done_by)
     assert stiffness == pytest.approx(ribbed.cover_stiffness(), rel=0.015)
 
 
@@ -71,5 +71,5 @@ def test_splitting_cover() -> None:
 )
 def test_wrong_input(words: str, said: str) -> None:
     """A message names the value, without a traceback."""
-    done = start(words, "anchored")
+    done = done_by(words, "anchored")
     assert done.returncode != 0 and said in done.stderr and "Traceback" not in done.stderr

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from on_ranks import WITH_FENICSX
-
-from harness.studies.validation.wall_runs import start
+from on_ranks import WITH_FENICSX, done_by
 
 pytestmark = WITH_FENICSX
 
@@ -14,7 +12,7 @@ pytestmark = WITH_FENICSX
 def test_shear(mu: float, least: float, most: float) -> None:
     """Equal turns: without friction J is Gc, with friction on steep planes half as much again."""
     code = f"from harness.hosts.fenicsx.delamination import GC, peel; print(GC, *peel(1.0, {mu}))"
-    done = start("", code=code)
+    done = done_by("", code=code)
     assert done.returncode == 0, done.stderr
     Gc, moments, share, J, spent, friction = map(float, done.stdout.split())
     assert moments == pytest.approx(1.0, abs=0.3) and share == pytest.approx(1.0, abs=0.02)

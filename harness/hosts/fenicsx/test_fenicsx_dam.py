@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from on_ranks import WITH_FENICSX
+from on_ranks import WITH_FENICSX, done_by
 
 from harness.studies.validation import dam
-from harness.studies.validation.wall_runs import PROGRAM, PYTHON, start
+from harness.studies.validation.wall_runs import PROGRAM, PYTHON
 
 pytestmark = WITH_FENICSX
 
@@ -44,7 +44,7 @@ def test_the_scripts_of_the_page(ranks: int, tmp_path: Path) -> None:
 def test_profiles_of_other_codes(kind: str, ranks: int, tmp_path: Path) -> None:
     """Separations along the joint are those of Code_Aster's coarser mesh."""
     out = tmp_path / "rows.csv"
-    done = start(f"profile {dam.PROFILES[kind]} --out {out}", "dam", ranks)
+    done = done_by(f"profile {dam.PROFILES[kind]} --out {out}", "dam", ranks)
     assert done.returncode == 0, done.stderr
     x, s_N = np.loadtxt(out, delimiter=",", skiprows=1, usecols=(0, 1)).T
     expected = np.array(dam.OTHERS[kind]["Code_Aster"])
@@ -53,7 +53,7 @@ def test_profiles_of_other_codes(kind: str, ranks: int, tmp_path: Path) -> None:
 
 def test_level_at_which_flow_overturns_the_dam() -> None:
     """The water that runs into the crack overturns the dam at the level of a rigid one."""
-    done = start("overload flow --parts 20 --least 0.02", "dam", 1)
+    done = done_by("overload flow --parts 20 --least 0.02", "dam", 1)
     assert done.returncode == 0, done.stderr
     word, level, end = done.stdout.split()
     assert (word, end) == ("level", "limit")

@@ -7,9 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from on_ranks import WITH_FENICSX
-
-from harness.studies.validation.wall_runs import start
+from on_ranks import WITH_FENICSX, done_by
 
 pytestmark = WITH_FENICSX
 
@@ -24,7 +22,7 @@ FIXED = "--elements 2 2 --step 0.1 --most 4 --tau 0.05 --to 0.1 0.2 0.3 0.4 0.5"
 
 def wall(words: str, out: Path, ranks: int = 1, status: int = 0) -> tuple[np.ndarray, dict, str]:
     """Rows, summary and messages of a run that ends with a status."""
-    done = start(f"{words} --out {out}", ranks=ranks)
+    done = done_by(f"{words} --out {out}", ranks=ranks)
     assert done.returncode == status, done.stderr
     return np.loadtxt(out, delimiter=",", skiprows=1, ndmin=2), json.loads(done.stdout), done.stderr
 
@@ -93,7 +91,7 @@ def test_a_run_by_passes_goes_on(tmp_path: Path) -> None:
 )
 def test_bad_options(words: str, expected: str) -> None:
     """A value out of range is named with what was expected."""
-    done = start(words)
+    done = done_by(words)
     assert done.returncode == 2 and expected in done.stderr
 
 

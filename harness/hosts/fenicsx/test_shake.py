@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import pytest
-from on_ranks import WITH_FENICSX, assert_refused, of_all_ranks, of_each_rank
+from on_ranks import WITH_FENICSX, assert_refused, done_by, of_all_ranks, of_each_rank
 
 from harness.studies.validation import wall_runs
 
@@ -15,7 +15,7 @@ pytestmark = WITH_FENICSX
 @cache
 def numbers(words: str, ranks: int = 1) -> dict[str, list[float]]:
     """Numbers that the program prints, by name."""
-    return dict(wall_runs.printed_by(words, "shaken", ranks))
+    return dict(wall_runs.printed_by(words, "shaken", ranks, done_by))
 
 
 def test_flutter() -> None:

@@ -21,7 +21,7 @@ from scipy.optimize import brentq
 from ..concepts_draw import BLACK, BLUE, GREEN, ORANGE, panel
 from .common import DATA, Constants, Study, joint
 from .common import rows as rows_of
-from .wall_runs import printed_by
+from .wall_runs import Run, printed_by, start
 
 PRESSURES = (3.45, 10.3, 17.2, 24.1, 31.0)
 """Confining stress at the bar, MPa."""
@@ -149,9 +149,9 @@ def cosh(force: float, x: Floats) -> Floats:
     return np.asarray(force * BETA / (np.pi * DIAMETER) * np.cosh(BETA * x) / np.sinh(BETA * EMBEDDED))
 
 
-def solids(words: str, ranks: int = 1) -> tuple[list[list[float]], list[list[float]]]:
+def solids(words: str, ranks: int = 1, run: Run = start) -> tuple[list[list[float]], list[list[float]]]:
     """Rows of displacement, force, pressure, crack, and of place, bond stress, of a model in FEniCSx."""
-    lines = printed_by(words, "anchored", ranks)
+    lines = printed_by(words, "anchored", ranks, run)
     rows, bond = ([values for name, values in lines if name == kind] for kind in ("row", "bond"))
     return rows, bond
 

@@ -7,6 +7,7 @@ import os
 import re
 import shlex
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -167,10 +168,8 @@ ARCH = re.compile(r"t/R ([\d.]+): ([\d.]+) g, limit analysis ([\d.]+) g, (\d+) u
 """Line of arch.py."""
 
 
-def start(
-    words: str, name: str = "walls", ranks: int = 1, code: str = ""
-) -> subprocess.CompletedProcess[str]:
-    """Run a program of this host, or a code, with options, one thread a rank.
+def launch(words: str, name: str, ranks: int, code: str = "") -> tuple[list[str | Path], dict[str, str]]:
+    """Command and environment of a program of this host, or a code, with options, one thread a rank.
 
     A rank of MPICH that waits keeps its core from the others, unless it sleeps.
     """
@@ -178,13 +177,24 @@ def start(
     program = ["-c", code] if code else ["-m", f"harness.hosts.fenicsx.{name}"]
     command = [*mpiexec, PYTHON, *program, *shlex.split(words)]
     threads = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    environment = os.environ | threads | {"MPIR_CVAR_ENABLE_HEAVY_YIELD": "1"}
+    return command, os.environ | threads | {"MPIR_CVAR_ENABLE_HEAVY_YIELD": "1"}
+
+
+Run = Callable[[str, str, int], subprocess.CompletedProcess[str]]
+"""How a program is run, by its options, its name and the number of ranks."""
+
+
+def start(
+    words: str, name: str = "walls", ranks: int = 1, code: str = ""
+) -> subprocess.CompletedProcess[str]:
+    """Run a program of this host, or a code, with options."""
+    command, environment = launch(words, name, ranks, code)
     return subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
 
 
-def printed_by(words: str, name: str, ranks: int = 1) -> list[tuple[str, list[float]]]:
+def printed_by(words: str, name: str, ranks: int = 1, run: Run = start) -> list[tuple[str, list[float]]]:
     """Names and numbers that a program of this host prints, such as `row: 0.1 2.5`, in their order."""
-    done = start(words, name, ranks)
+    done = run(words, name, ranks)
     if done.returncode != 0:
         raise RuntimeError(f"{name}.py {words}: exit {done.returncode}: {done.stderr}")
     lines = [line.partition(": ") for line in done.stdout.splitlines()]
