@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
 import subprocess
@@ -13,7 +12,7 @@ import pytest
 from on_ranks import WITH_FENICSX, done_by
 
 from harness.studies.validation import dam
-from harness.studies.validation.wall_runs import PROGRAM, PYTHON
+from harness.studies.validation.wall_runs import PROGRAM, PYTHON, launch
 
 pytestmark = WITH_FENICSX
 
@@ -27,7 +26,7 @@ def test_the_scripts_of_the_page(ranks: int, tmp_path: Path) -> None:
     for name in names:
         shutil.copy(PROGRAM.with_name(name), tmp_path)
     command = [PYTHON.parent / "mpiexec", "-n", str(ranks), PYTHON, names[1]]
-    environment = os.environ | {"OMP_NUM_THREADS": "1"}
+    _, environment = launch("", "dam", ranks)
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     shown = re.search(r"^```text\n(.*?)^```$", PAGE, re.M | re.S)[1]
