@@ -11,7 +11,7 @@ from asperity.contract import N_POINT_STATEV
 from support_calls import LIBRARY, c_update
 from test_oracle import OPTIONS, OVER, Answer, assert_within
 
-from tests.oracle import frozen, reference
+from tests.oracle import cap, frozen, reference
 
 # CTest has no markers, and pytest need not repeat it
 pytestmark = pytest.mark.long
@@ -127,6 +127,42 @@ def test_steps_of_any_size(option: str) -> None:
         work = ((ends[1] - ends[0]) * (away - s)).sum(axis=1)
         stress = np.abs(ends).max(axis=(0, 2)) + joint.material.K * np.abs([s, aim, away]).max(axis=(0, 2))
         assert (work >= -ROUNDING * stress * np.linalg.norm(away - s, axis=1)).all()
+
+
+@pytest.mark.parametrize(("sides", "flat"), [(0, 1.0), (4, 0.2)])
+def test_compressive_strength(sides: int, flat: float) -> None:
+    """The strength at the aim bounds the pressure, else the traction is that without a strength.
+
+    The tangent is symmetric, not negative, and the derivative of the traction.
+    """
+    strength = {"fc": 3.0, "Gfc": 2.0, "kp": 0.02, "Css": 2.0, "fcr": 0.3}
+    pattern, crushed, off, tried = Pattern.regular(sides, 30.0, flat, 20.0), 0, 0, 0
+    joint = Interface(Material(**constants("paper"), **strength), pattern)
+    free = Interface(Material(**constants("paper")), pattern)
+    for s, aim, state, s_old, dt in calls(joint, SEED + 5):
+        traction, _, tangent = by_c(joint, (s, aim, state, s_old, dt))
+        at_aim, new, _ = by_c(joint, (aim, aim, state, s_old, dt), aimed=False)
+        before, after = (rows[:, -2:-1] * [1.0, 0.0, 0.0] for rows in (state, new))
+        seen = s + before, aim + after, state[:, :-2], s_old + before, dt
+        without, _, elastic = by_c(free, seen)
+        bound = cap.Cap(**strength).strength(new[:, -2]) ** 2 - strength["Css"] * (at_aim[:, 1:] ** 2).sum(1)
+        bound = np.sqrt(np.maximum(bound, 0.0))
+        size = strength["fc"] + sizes(joint, (s, aim, state, s_old, dt), without)
+        over, clear = -without[:, 0] > bound, np.abs(without[:, 0] + bound) > 1e-9 * size
+        assert_within("pressure", traction[over, 0], -bound[over], 1e-11 * size[over])
+        assert_within("traction", traction[~over], without[~over], 1e-11 * size[~over, None])
+        assert_within("tangent", tangent[~over & clear], elastic[~over & clear], 1e-9 * joint.material.K)
+        assert np.array_equal(tangent, tangent.transpose(0, 2, 1))
+        values = np.linalg.eigvalsh(tangent)
+        assert (values[:, 0] >= -1e-14 * values[:, 2]).all(), values.min()
+        step = 1e-6 * joint.material.s_0
+        for i, axis in enumerate(np.eye(3)):
+            ends = (by_c(joint, (s + x * axis, aim, state, s_old, dt))[0] for x in (step, -step))
+            slope = np.subtract(*ends) / (2.0 * step)
+            off += int((np.abs(slope - tangent[:, :, i]) > 1e-5 * joint.material.K).any(axis=1).sum())
+            tried += len(s)
+        crushed += int(over.sum())
+    assert crushed > 10 * INCREMENTS and off <= 0.01 * tried, (crushed, off, tried)
 
 
 def test_every_point_has_its_aim() -> None:
