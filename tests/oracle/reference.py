@@ -361,6 +361,7 @@ def _root(missing: Callable[..., Floats], least: Floats) -> Floats:
         shares[left] = np.where(found, newton, low)
         root = np.where(inside & (size < 0.5 * before), newton, 0.5 * (low + high))
         left[left], (low, high, root, before) = ~found, (x[~found] for x in (low, high, root, size))
+    assert np.isfinite(shares).all() and (high - low <= 4.0 * np.finfo(float).eps).all()
     return shares
 
 

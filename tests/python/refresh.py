@@ -93,15 +93,19 @@ def _run(language: str, code: str, folder: Path) -> str:
     Python and commands of asperity alone run here, as each process would import all again.
     """
     commands, printed = code.replace("\\\n", " ").splitlines(), io.StringIO()
-    if language in ("python", "py"):
+    python = language in ("python", "py")
+    if python or all(re.fullmatch(r"asperity [-\w ./=,]+", command) for command in commands):
+        status: object = 0
         with _inside(folder), contextlib.redirect_stdout(printed):
-            exec(compile(code, "block", "exec"), {"__name__": "__main__"})
-        return printed.getvalue()
-    if all(re.fullmatch(r"asperity [-\w ./=,]+", command) for command in commands):
-        for command in commands:
-            with _inside(folder), contextlib.redirect_stdout(printed):
-                if main_of_asperity(shlex.split(command)[1:]) != 0:
-                    raise SystemExit(f"{code}\n{printed.getvalue()}")
+            try:
+                if python:
+                    exec(compile(code, "block", "exec"), {"__name__": "__main__"})
+                else:
+                    status = next(filter(None, (main_of_asperity(shlex.split(c)[1:]) for c in commands)), 0)
+            except SystemExit as end:
+                status = f"ended by itself with {end.code}"
+        if status != 0:
+            raise SystemExit(f"{code}\n{printed.getvalue()}{status}")
         return printed.getvalue()
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     env = os.environ | {"PATH": path, "ASPERITY": str(ROOT), "PYTHONPATH": str(ROOT), "MPLBACKEND": "Agg"}

@@ -19,7 +19,7 @@ import pytest
 from harness.studies.validation.wall_runs import PYTHON, ROOT, launch
 
 ANSWER = "answer: "
-"""Beginning of the line of an answer of ranks that wait."""
+"""What stands before an answer of ranks that wait."""
 
 WITH_FENICSX = pytest.mark.skipif(
     not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
@@ -94,8 +94,10 @@ class Ranks:
         self.count += 1
         print(json.dumps([code, shlex.split(words)]), file=self.process.stdin, flush=True)
         for line in self.process.stdout:
-            if line.startswith(ANSWER):
-                answers: list[dict] = json.loads(line.removeprefix(ANSWER))
+            # a library may have begun the line
+            _, mark, text = line.partition(ANSWER)
+            if mark:
+                answers: list[dict] = json.loads(text)
                 return answers
         return None
 
