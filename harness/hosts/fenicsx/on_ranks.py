@@ -80,7 +80,7 @@ class Ranks:
     @classmethod
     def begin(cls, ranks: int) -> Ranks:
         """Start so many ranks."""
-        command, environment = launch("", "waiting_ranks", ranks)
+        command, environment = launch(shlex.quote(ANSWER), "waiting_ranks", ranks)
         messages = tempfile.TemporaryFile("w+", encoding="utf-8")
         pipe = subprocess.PIPE
         process = subprocess.Popen(

@@ -1,9 +1,9 @@
 """Ranks of MPI that run the codes of tests one after another: most take less time than the import of dolfinx.
 
-Rank 0 reads a line of JSON for each code: the code, and its words, `sys.argv`.  It prints a line with what
-each rank has stored in `results`, printed and returned.  What a code changes in the modules of the solver,
-the filters of warnings and the options of PETSc is as before when the next one begins.  An error that a code
-does not handle ends all ranks.
+Rank 0 reads a line of JSON for each code: the code, and its words, `sys.argv`.  It prints a line with the
+mark that the program was given, and what each rank has stored in `results`, printed and returned.  What a
+code changes in the modules of the solver, the filters of warnings and the options of PETSc is as before when
+the next one begins.  An error that a code does not handle ends all ranks.
 """
 
 from __future__ import annotations
@@ -18,9 +18,6 @@ import warnings
 
 from asperity.fenicsx import COMM
 from petsc4py import PETSc
-
-ANSWER = "answer: "
-"""Beginning of the line of an answer, also in `on_ranks`; libraries may print others."""
 
 PAUSE = 0.005
 """Seconds between looks for the next code: a rank that waits in MPI would keep its core from others."""
@@ -61,10 +58,11 @@ def answer(code: str, words: list[str]) -> dict[str, object]:
 
 def main() -> None:
     """Run codes until there are no more."""
+    mark = sys.argv[1]
     while line := order():
         answers = COMM.gather(answer(*json.loads(line)))
         if COMM.rank == 0:
-            print(ANSWER + json.dumps(answers), flush=True)
+            print(mark + json.dumps(answers), flush=True)
         gc.collect()
 
 
