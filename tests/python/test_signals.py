@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from support_signals import heeds_signals
+from support_signals import Starter
 
 CASE = """&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /
 &pattern sides = 0 /
@@ -45,46 +47,58 @@ def is_running(number: int) -> bool:
     return not (listed.stdout.strip() or "Z").startswith("Z")
 
 
+@pytest.fixture(scope="module")
+def starter() -> Iterator[Starter]:
+    """Start of scripts without their imports."""
+    starter = Starter()
+    yield starter
+    starter.end()
+
+
+def wait_for_mark(pid: Path, number: int) -> None:
+    """Wait until a script has started a process, or has ended."""
+    while not (pid.is_file() and pid.read_text()) and is_running(number):
+        time.sleep(0.01)
+
+
 @pytest.mark.parametrize("early", [True, False])
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
 @pytest.mark.parametrize("job", JOBS)
-def test_the_driver_ends(job: str, number: int, early: bool, library: Path, tmp_path: Path) -> None:
+def test_the_driver_ends(
+    job: str, number: int, early: bool, library: Path, starter: Starter, tmp_path: Path
+) -> None:
     """The signal comes while the driver starts, or later; both processes end, with the code of the signal."""
     (tmp_path / "case.nml").write_text(CASE, encoding="utf-8")
     mark = MARK.format(now=f"os.kill(os.getpid(), {int(number)})" if early else "pass")
     script = mark + JOBS[job].format(library)
     pid = tmp_path / "pid"
-    with subprocess.Popen(
-        [sys.executable, "-c", script], cwd=tmp_path, stderr=subprocess.DEVNULL, preexec_fn=heeds_signals
-    ) as process:
-        while not (pid.is_file() and pid.read_text()) and process.poll() is None:
-            time.sleep(0.01)
-        if not early:
-            process.send_signal(number)
-        process.wait(timeout=60.0)
+    process = starter.start(script, tmp_path)
+    wait_for_mark(pid, process)
+    if not early:
+        os.kill(process, number)
+    code = starter.code()
     # a script ends by the signal itself, a command with its code
-    assert process.returncode == (-number if job == "foreign" else 128 + number)
+    assert code == (-number if job == "foreign" else 128 + number)
     assert not is_running(int(pid.read_text()))
 
 
 @pytest.mark.parametrize("job", JOBS)
-def test_the_driver_ends_with_what_is_killed(job: str, library: Path, tmp_path: Path) -> None:
+def test_the_driver_ends_with_what_is_killed(
+    job: str, library: Path, starter: Starter, tmp_path: Path
+) -> None:
     """SIGKILL, which no program can heed, ends the driver and the child of a UMAT, too."""
     (tmp_path / "case.nml").write_text(CASE, encoding="utf-8")
     script = MARK.format(now="pass") + JOBS[job].format(library)
     pid = tmp_path / "pid"
-    with subprocess.Popen(
-        [sys.executable, "-c", script], cwd=tmp_path, stderr=subprocess.DEVNULL, preexec_fn=heeds_signals
-    ) as process:
-        while not (pid.is_file() and pid.read_text()) and process.poll() is None:
-            time.sleep(0.01)
-        process.kill()
-        process.wait(timeout=60.0)
+    process = starter.start(script, tmp_path)
+    wait_for_mark(pid, process)
+    os.kill(process, signal.SIGKILL)
+    code = starter.code()
     number = int(pid.read_text())
     ended = time.monotonic() + 60.0
     while is_running(number) and time.monotonic() < ended:
         time.sleep(0.05)
-    assert process.returncode == -signal.SIGKILL and not is_running(number)
+    assert code == -signal.SIGKILL and not is_running(number)
 
 
 def test_an_ignored_signal_ends_nothing(tmp_path: Path) -> None:
