@@ -3,6 +3,7 @@ module asperity_json
   use asperity_case, only: case_file_type, case_type
   use asperity_contract, only: implex_table, max_inclined, n_cap_statev, n_facet_statev, n_fixed_props, &
     n_listed_values, n_plane_statev, n_point_statev, n_required_props, prop_table, statev_table, statev_type, version
+  use asperity_digits, only: most_digits, put_digits
   use asperity_errors, only: errors_type, word
   use asperity_kinds, only: wp
   use asperity_point_law, only: event_length
@@ -266,11 +267,12 @@ contains
     character(len=*), intent(in) :: name    !! of the member; empty: a member of a list
     real(wp), intent(in) :: value           !! finite
     real(wp), parameter :: whole = 1.0e9_wp
-    character(len=24) :: text
+    character(len=most_digits) :: text
+    integer :: length
     if (abs(value) < whole .and. .not. abs(value - aint(value)) > 0.0_wp) then
       write (text, "(f12.1)") value
     else
-      write (text, "(es24.16e3)") value
+      call put_digits(value, text, length)
     end if
     call out%put(name, trim(adjustl(text)))
   end subroutine number

@@ -1,6 +1,7 @@
 !> Columns of the rows of a run: the one table of their names, for CSV files and for programs.
 module asperity_rows
   use asperity_contract, only: v_damage, v_friction, v_rupture, v_stored
+  use asperity_digits, only: most_digits, put_digits
   use asperity_kinds, only: wp
   use asperity_load_path, only: row_type
   use asperity_stability, only: stability_columns, stability_of
@@ -67,39 +68,45 @@ contains
     real(wp), intent(in) :: stiffness                    !! of the bond, for the stability, stress/length; 0: left out
     integer, intent(in) :: first                         !! first number of the state that has a column
     character(len=:), allocatable, intent(out) :: line   !! fields separated by commas
-    real(wp) :: numbers(size(row_columns)), of_stability(size(stability_columns))
-    integer :: i
+    integer, parameter :: widest = size(row_columns) + size(stability_columns)
+    real(wp) :: numbers(size(row_columns))
+    integer :: i, n
+    allocate (character(len=(most_digits + 1)*(widest + size(row%state)) + len(row%events)) :: line)
+    n = 0
     numbers = row_numbers(row, aperture)
-    line = ""
     do i = 1, merge(size(row_columns), n_written, every)
       if (any(whole == i)) then
-        line = line // integer_text(nint(numbers(i))) // ","
+        call add_text(line, n, integer_text(nint(numbers(i))) // ",")
       else
-        call add_number(line, numbers(i))
-        line = line // ","
+        call add_numbers(line, n, numbers(i:i))
       end if
     end do
-    line = line // trim(row%events)
-    if (stiffness > 0.0_wp) then
-      of_stability = stability_of(row%tangent, stiffness)
-      do i = 1, size(of_stability)
-        line = line // ","
-        call add_number(line, of_stability(i))
-      end do
-    end if
-    do i = first, size(row%state)
-      line = line // ","
-      call add_number(line, row%state(i))
-    end do
+    call add_text(line, n, trim(row%events) // ",")
+    if (stiffness > 0.0_wp) call add_numbers(line, n, stability_of(row%tangent, stiffness))
+    call add_numbers(line, n, row%state(first:))
+    line = line(:n - 1)
   end subroutine csv_line
 
-  !> Append a number with 17 digits, which determine it exactly.
-  pure subroutine add_number(line, value)
-    character(len=:), allocatable, intent(inout) :: line   !! fields so far
-    real(wp), intent(in) :: value                          !! finite
-    character(len=26) :: buffer
-    write (buffer, "(es26.16e3)") value
-    line = line // trim(adjustl(buffer))
-  end subroutine add_number
+  !> Add numbers, each with a comma behind it.
+  pure subroutine add_numbers(line, n, values)
+    character(len=:), allocatable, intent(inout) :: line   !! fields, and room for more
+    integer, intent(inout) :: n                            !! its characters so far
+    real(wp), intent(in) :: values(:)                      !! finite
+    character(len=most_digits) :: text
+    integer :: i, length
+    do i = 1, size(values)
+      call put_digits(values(i), text, length)
+      call add_text(line, n, text(:length) // ",")
+    end do
+  end subroutine add_numbers
+
+  !> Add a text.
+  pure subroutine add_text(line, n, text)
+    character(len=:), allocatable, intent(inout) :: line   !! fields, and room for more
+    integer, intent(inout) :: n                            !! its characters so far
+    character(len=*), intent(in) :: text                   !! what comes next
+    line(n + 1:n + len(text)) = text
+    n = n + len(text)
+  end subroutine add_text
 
 end module asperity_rows
