@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from asperity import EquilibriumLost, Interface, Material, Pattern, Step, contract
 from support_calls import LIBRARY, errors, umat
-from test_oracle import OPTIONS, POINTS, assert_within, by_c, by_umat
+from test_oracle import OPTIONS, POINTS, assert_within, by_c, by_umat, traction_by_c
 
 from tests.oracle import accounts, cap, implex, reference
 
@@ -95,7 +95,7 @@ def test_reference(option: str, k: int) -> None:
         step = 1e-6 * joint.material.s_0
         for i, axis in enumerate(np.eye(3)):
             above, below = (
-                by_c(joint.props(), s + sign * step * axis, state, s_old, dt)[0] for sign in (1, -1)
+                traction_by_c(joint.props(), s + sign * step * axis, state, s_old, dt) for sign in (1, -1)
             )
             wrong = np.abs((above - below) / (2.0 * step) - tangent[:, :, i]).max(axis=1)
             off += int((wrong > 1e-4 * (np.abs(tangent).max(axis=(1, 2)) + joint.material.K)).sum())

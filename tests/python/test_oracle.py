@@ -120,6 +120,16 @@ def by_c(props: np.ndarray, s: np.ndarray, state: np.ndarray, s_old: np.ndarray,
     return out.stress.T, out.state.T, out.tangent.transpose(2, 1, 0)
 
 
+def traction_by_c(
+    props: np.ndarray, s: np.ndarray, state: np.ndarray, s_old: np.ndarray, dt: float
+) -> np.ndarray:
+    """Traction of points in rows by one call of asperity_iterate, without a tangent."""
+    s_old, s = (np.asfortranarray(array.T) for array in (s_old, s))
+    out = c_update(LIBRARY, props, dt, s_old, s, state.T, tangent=False, function="asperity_iterate")
+    assert out.status == 0, out.message
+    return out.stress.T
+
+
 def by_umat(props: np.ndarray, s: np.ndarray, state: np.ndarray, s_old: np.ndarray, dt: float) -> Answer:
     """A call of the UMAT for each point, h = 1."""
     points = zip(state, s_old, s - s_old, strict=True)
