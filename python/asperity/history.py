@@ -408,21 +408,27 @@ def csv_columns(path: str | Path) -> dict[str, list[str]]:
             if len(row) not in (0, len(names)):
                 raise ValueError(f"{path}: line {lines.line_num}: {len(row)} values: expected {len(names)}")
             rows += [row] if row else []
-    return {name: [row[i] for row in rows] for i, name in enumerate(names)}
+    columns = zip(*rows, strict=True) if rows else ((),) * len(names)
+    return {name: [*cells] for name, cells in zip(names, columns, strict=True)}
 
 
 def finite_column(path: str | Path, table: dict[str, list[str]], name: str) -> Floats:
     """Column of `csv_columns` as numbers; raises ValueError for the first cell that is no finite number."""
-    numbers = np.array([_number(cell) for cell in table[name]])
+    cells = table[name]
+    try:
+        # Python would take 1_0 for 10
+        numbers = np.array([*map(float, cells if "_" not in "".join(cells) else "?")])
+    except ValueError:
+        numbers = np.array([_number(cell) for cell in cells])
     bad = np.flatnonzero(~np.isfinite(numbers))
     if len(bad):
-        place = f"line {bad[0] + 2}, column {name}: {table[name][bad[0]] or 'empty'}"
+        place = f"line {bad[0] + 2}, column {name}: {cells[bad[0]] or 'empty'}"
         raise ValueError(f"{path}: {place}: expected a finite number")
     return numbers
 
 
 def _number(cell: str) -> float:
-    """Number of a cell, nan if there is none; Python would take 1_0 for 10."""
+    """Number of a cell, nan if there is none."""
     try:
         return float(cell.replace("_", "?"))
     except ValueError:
