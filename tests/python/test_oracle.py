@@ -397,6 +397,50 @@ def test_jump_of_one_point(entry: Callable[..., Answer]) -> None:
     np.testing.assert_allclose(booked, booked[:1] * len(booked), rtol=1e-12, atol=1e-14)
 
 
+@pytest.mark.fine_parts
+def test_jumps_of_an_open_joint() -> None:
+    """An open joint of two modes books in a jump what 400 parts of it book, within 0.1 % of Gc mostly."""
+    material, rng = Material(**BOND | OPTIONS["mode II"]), np.random.default_rng(SEED)
+    joint, n = Interface(material, Pattern.regular(0, 0.0)), 200
+    s_old, change = (
+        material.s_0 * 10 ** rng.uniform(-1.0, most, (n, 1)) * np.abs(rng.standard_normal((n, 3)))
+        for most in (1.0, 1.3)
+    )
+    start, booked = by_c(joint.props(), s_old, np.zeros((n, joint.nstatv)), 0.0 * s_old, 0.0)[1], []
+    for parts in (1, 400):
+        state, ends = start, s_old + np.linspace(0.0, 1.0, parts + 1)[:, None, None] * change
+        for begin, end in itertools.pairwise(ends):
+            state = by_c(joint.props(), end, state, begin, 0.0)[1]
+        booked.append(state[:, 2] - start[:, 2])
+    off = np.abs(booked[0] - booked[1]) / material.Gc
+    assert np.quantile(booked[1], 0.5) > 0.1 * material.Gc
+    assert np.quantile(off, 0.9) < 1e-3 and off.max() < 1e-2, off
+
+
+@pytest.mark.parametrize("option", OPTIONS)
+def test_turned_joint(option: str) -> None:
+    """A joint that is turned with its separations has the same damage and energies; its tractions turn."""
+    material, angle, rng = Material(**BOND | OPTIONS[option]), np.radians(70.0), np.random.default_rng(SEED)
+    turn = np.eye(3)
+    turn[1:, 1:] = [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]
+    for sides, flat in ((0, 1.0), (5, 0.3)):
+        joints = [Interface(material, Pattern.regular(sides, 30.0, flat, x)) for x in (0.0, 70.0)]
+        begin, states = np.zeros((POINTS, 3)), [np.zeros((POINTS, joint.nstatv)) for joint in joints]
+        for _ in range(4):
+            step = material.s_0 * 10 ** rng.uniform(-1.0, 1.3, (POINTS, 1)) * rng.standard_normal((POINTS, 3))
+            end, dt = begin + step, float(rng.choice([0.02, 0.3, 3.0]))
+            (traction, state, _), (other, turned, _) = (
+                by_c(joint.props(), end @ axes, state, begin @ axes, dt)
+                for joint, axes, state in zip(joints, (np.eye(3), turn), states, strict=True)
+            )
+            far = np.linalg.norm(end, axis=1) + np.linalg.norm(begin, axis=1) + material.s_f
+            size = np.abs(traction).max(axis=1) + material.K * max(1.0, material.kc) * far
+            assert_within("traction", other, traction @ turn, 1e-10 * size[:, None])
+            energy = 1.0 + size * far + np.abs(state[:, :4]).max(axis=1)
+            assert_within("state", turned[:, :4], state[:, :4], 1e-10 * energy[:, None])
+            begin, states = end, [state, turned]
+
+
 # relaxation time over the duration: largest error, in between that of one backward Euler step for many
 VISCOUS = {1e-3: 0.1, 0.1: 0.4, 1.0: 0.25, 10.0: 0.05}
 
