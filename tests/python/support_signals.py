@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-STARTER = """import os, sys
+STARTER = """import os, signal, sys
 import asperity.cli, asperity.foreign, asperity.sweeps
 for line in sys.stdin:
     folder, script = eval(line)
@@ -21,9 +21,10 @@ else:
 for stream in 1, 2:
     os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
 os.chdir(folder)
+signal.alarm(60)
 exec(script)
 """
-"""Forks for each script, which is then the rest of a program: it ends as one does, also by a signal."""
+"""Forks for each script, the rest of a program then: it ends as one does, by a signal, or after a minute."""
 
 
 def heeds_signals() -> None:

@@ -221,6 +221,21 @@ def test_options(option: str) -> None:
         assert far > 0 or "closure" not in OPTIONS[option]
 
 
+@pytest.mark.parametrize("theta", [45.0, 75.0])
+def test_steep_facets(theta: float) -> None:
+    """On facets steeper than those whose closed form is a series the traction is that of the reference."""
+    constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5} | OPTIONS["height"]
+    material, parameters = Material(**constants), reference.Parameters(**constants)
+    interface, planes = (make(5, theta, 0.3, 20.0) for make in (Pattern.regular, reference.regular_pattern))
+    joint, rng = Interface(material, interface), np.random.default_rng(SEED)
+    sizes = material.s_0 * 10 ** rng.uniform(-1.0, 0.8, (6, POINTS, 1))
+    S = np.cumsum(sizes * rng.standard_normal((6, POINTS, 3)), axis=0)
+    start = np.zeros((POINTS, joint.nstatv))
+    for (s, *_), (traction, *_), theirs in walked(joint, planes, S, [0.0] * len(S), start):
+        size = np.abs(theirs.traction).max(axis=1) + parameters.Kn * np.linalg.norm(s, axis=1)
+        assert_within("traction", traction, theirs.traction, 1e-12 * size[:, None])
+
+
 @pytest.mark.parametrize("option", OPTIONS)
 def test_initial_states(option: str) -> None:
     """An initial state carries its traction, and stores what the reference stores at rest."""
