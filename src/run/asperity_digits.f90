@@ -1,6 +1,7 @@
 !> Numbers with 17 digits, which determine them exactly, as the format es24.16e3 writes them, ten times as fast: the
 !> rows of a run are numbers, and a formatted write of each was most of the time of a run.
 module asperity_digits
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_kinds, only: wp
   implicit none
@@ -22,9 +23,10 @@ contains
   !> Write a number with 17 digits: sign where negative, a digit, a point, 16 digits, and an exponent of three digits.
   !>
   !> The number times a power of ten is formed as a sum of two numbers, with an error below 1e-13 of the last digit;
-  !> where the rounding of the last digit is as close as that, and for sizes without an exact power, the format decides.
+  !> where the rounding of the last digit is as close as that, and for sizes without an exact power, NaN and
+  !> infinity, the format decides.
   pure subroutine put_digits(value, text, length)
-    real(wp), intent(in) :: value                       !! finite
+    real(wp), intent(in) :: value                       !! any bits
     character(len=most_digits), intent(out) :: text     !! the number, then blanks
     integer, intent(out) :: length                      !! characters of the number
     real(wp), parameter :: close = 1.0e-6_wp
@@ -34,7 +36,9 @@ contains
 
     digits = 0
     exponent = 0
-    if (abs(value) > 0.0_wp) then
+    if (.not. ieee_is_finite(value)) then
+      digits = beyond
+    else if (abs(value) > 0.0_wp) then
       exponent = floor(log10(abs(value)))
       if (16 - exponent < -exact .or. 16 - exponent > 2*exact) then
         digits = beyond
