@@ -11,25 +11,26 @@ module asperity_digits
   !> Largest number of characters.
   integer, parameter, public :: most_digits = 24
 
-  integer :: power
   !> Powers of ten that are exact in double precision.
   integer, parameter :: exact = 22
-  real(wp), parameter :: tens(0:exact) = [(10.0_wp**power, power=0, exact)]
-  !> The 17 digits are a whole number between these, the second left out.
+  real(wp), parameter :: tens(0:exact) = [ &
+    1.0e0_wp, 1.0e1_wp, 1.0e2_wp, 1.0e3_wp, 1.0e4_wp, 1.0e5_wp, 1.0e6_wp, 1.0e7_wp, &
+    1.0e8_wp, 1.0e9_wp, 1.0e10_wp, 1.0e11_wp, 1.0e12_wp, 1.0e13_wp, 1.0e14_wp, 1.0e15_wp, &
+    1.0e16_wp, 1.0e17_wp, 1.0e18_wp, 1.0e19_wp, 1.0e20_wp, 1.0e21_wp, 1.0e22_wp]
+  !> The 17 digits are a whole number from the first of these on, below the second; at or beyond it the format decides.
   integer(int64), parameter :: least = 10_int64**16, beyond = 10_int64**17
 
 contains
 
   !> Write a number with 17 digits: sign where negative, a digit, a point, 16 digits, and an exponent of three digits.
   !>
-  !> The number times a power of ten is formed as a sum of two numbers, with an error below 1e-13 of the last digit;
-  !> where the rounding of the last digit is as close as that, and for sizes without an exact power, NaN and
-  !> infinity, the format decides.
+  !> The digits are those of the number times a power of ten, which is formed as a sum of two numbers. The format
+  !> writes what this cannot decide: a last digit whose rounding is close, sizes without an exact power, NaN, infinity.
   pure subroutine put_digits(value, text, length)
     real(wp), intent(in) :: value                       !! any bits
     character(len=most_digits), intent(out) :: text     !! the number, then blanks
     integer, intent(out) :: length                      !! characters of the number
-    real(wp), parameter :: close = 1.0e-6_wp
+    real(wp), parameter :: close = 1.0e-6_wp   ! of the last digit; the sum is wrong by less than 1e-13 of it
     real(wp) :: high, low, fraction
     integer(int64) :: digits
     integer :: exponent, first, i

@@ -91,7 +91,7 @@ contains
   pure subroutine add_numbers(line, n, values)
     character(len=:), allocatable, intent(inout) :: line   !! fields, and room for more
     integer, intent(inout) :: n                            !! its characters so far
-    real(wp), intent(in) :: values(:)                      !! finite
+    real(wp), intent(in) :: values(:)                      !! any bits
     character(len=most_digits) :: text
     integer :: i, length
     do i = 1, size(values)
