@@ -157,7 +157,9 @@ def read(path: Path) -> Suite:
                 awaits_test = True
                 suite.lines.append("")
             elif directive[1].lower().startswith("assert"):
-                suite.lines += assertion(directive[1][6:], directive[2], path.name, number)
+                # a compiler's error within the assertion is one of this line
+                for line in assertion(directive[1][6:], directive[2], path.name, number):
+                    suite.lines += [f'#line {number} "{path}"', line]
                 suite.lines += ["if (pf_failed) return", f'#line {number + 1} "{path}"']
             else:
                 raise PfError(f"unknown directive @{directive[1]}")

@@ -98,6 +98,14 @@ def test_verdicts(tmp_path: Path) -> None:
     )
 
 
+def test_line_of_a_compilers_error(tmp_path: Path) -> None:
+    """An unknown name in an operand of an assertion is reported at the line of the assertion."""
+    text = suite("@assertEqual(1, unknown, message='why')")
+    assert translate(tmp_path, text).returncode == 0
+    line = text[: text.index("unknown")].count("\n") + 1
+    assert re.search(rf"sample\.pf:{line}:\d+:\n[^:]*unknown", build(tmp_path).stderr)
+
+
 PROJECT = f"""cmake_minimum_required(VERSION 3.24)\nproject(suites LANGUAGES Fortran)\nenable_testing()
 include({ROOT}/cmake/AsperityTesting.cmake)\nasperity_add_suite(sample TEST_SOURCES sample.pf)\n"""
 
