@@ -106,6 +106,27 @@ def test_reference(option: str, k: int) -> None:
     assert off <= 0.01 * tried, (off, tried)
 
 
+@pytest.mark.parametrize("Gfc", [0.1, 0.3])
+def test_smallest_closure_of_a_brittle_joint(Gfc: float) -> None:
+    """A joint that softens to nothing closes by the smallest closure, not by one at which it is broken."""
+    constants, strength = (
+        {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5},
+        {"fc": 10.0, "Css": 0.0, "fcr": 0.0},
+    )
+    joint = Interface(Material(**constants, Gfc=Gfc, **strength), Pattern.regular(5, 30.0, 0.3, 20.0))
+    planes, rng = reference.regular_pattern(5, 30.0, 0.3, 20.0), np.random.default_rng(SEED)
+    low, high = joint.material.s_0 * np.array([[-5.0, 2.0, -8.0], [-2.5, 16.0, 8.0]])
+    s = rng.uniform(low, high, (POINTS, 3))
+    virgin, none = np.zeros((POINTS, joint.nstatv)), np.zeros((POINTS, 3))
+    traction, state, _ = by_c(joint.props(), s, virgin, none, 1.0)
+    kappa = state[:, -2]
+    parameters, strengths = reference.Parameters(**constants), cap.Cap(Gfc=Gfc, **strength)
+    theirs, new = cap.update(parameters, strengths, planes, s, virgin, none, 1.0, kappa)
+    assert (new[:, -2] > 0.0).sum() > POINTS / 4
+    assert_within("closure", kappa, new[:, -2], 1e-9 * joint.material.s_0)
+    assert_within("traction", traction, theirs, 1e-10 * joint.material.fc)
+
+
 @pytest.mark.parametrize(("kp", "fcr"), [(0.0, 0.0), (0.09, 0.1)])
 def test_prism(kp: float, fcr: float) -> None:
     """A pressed joint reaches fc, and the energy under the curve is that of its parts.
