@@ -106,24 +106,35 @@ def test_reference(option: str, k: int) -> None:
     assert off <= 0.01 * tried, (off, tried)
 
 
-@pytest.mark.parametrize("Gfc", [0.1, 0.3])
-def test_smallest_closure_of_a_brittle_joint(Gfc: float) -> None:
-    """A joint that softens to nothing closes by the smallest closure, not by one at which it is broken."""
-    constants, strength = (
-        {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5},
-        {"fc": 10.0, "Css": 0.0, "fcr": 0.0},
-    )
-    joint = Interface(Material(**constants, Gfc=Gfc, **strength), Pattern.regular(5, 30.0, 0.3, 20.0))
-    planes, rng = reference.regular_pattern(5, 30.0, 0.3, 20.0), np.random.default_rng(SEED)
-    low, high = joint.material.s_0 * np.array([[-5.0, 2.0, -8.0], [-2.5, 16.0, 8.0]])
-    s = rng.uniform(low, high, (POINTS, 3))
-    virgin, none = np.zeros((POINTS, joint.nstatv)), np.zeros((POINTS, 3))
-    traction, state, _ = by_c(joint.props(), s, virgin, none, 1.0)
-    kappa = state[:, -2]
-    parameters, strengths = reference.Parameters(**constants), cap.Cap(Gfc=Gfc, **strength)
-    theirs, new = cap.update(parameters, strengths, planes, s, virgin, none, 1.0, kappa)
-    assert (new[:, -2] > 0.0).sum() > POINTS / 4
-    assert_within("closure", kappa, new[:, -2], 1e-9 * joint.material.s_0)
+SOFT = {"eta": 0.9, "fc": 10.0, "Css": 0.0, "fcr": 0.0}
+SMALLEST = {
+    "brittle": ({**SOFT, "Gfc": 0.1}, (5, 0.3), 0.0, ([-5.0, -10.0, -8.0], [-2.5, 10.0, 8.0])),
+    "less brittle": ({**SOFT, "Gfc": 0.3}, (5, 0.3), 0.0, ([-5.0, -10.0, -8.0], [-2.5, 10.0, 8.0])),
+    "sheared back": (
+        {"eta": 0.99, "fc": 4.0, "Gfc": 4.0}, (0, 1.0), 10.0, ([-6.0, -6.0, -6.0], [0.0, 6.0, 6.0])
+    ),
+}  # fmt: skip
+"""Constants, planes, and what is drawn: size of a separation, then the ends of a step, over s_0."""
+
+
+@pytest.mark.parametrize("name", SMALLEST)
+def test_smallest_closure(name: str) -> None:
+    """A joint takes the smallest closure, not a larger one at which it is broken."""
+    constants, (sides, share), far, ends = SMALLEST[name]
+    bond = {"sigma0": 3.0, "Gc": 0.3, "mu": 0.5, "eta": constants["eta"]}
+    strength = {key: value for key, value in constants.items() if key not in bond}
+    joint = Interface(Material(**bond, **strength), Pattern.regular(sides, 30.0, share))
+    rng, n, s_0 = np.random.default_rng(SEED), 10 * POINTS, joint.material.s_0
+    virgin, origin = np.zeros((n, joint.nstatv)), np.zeros((n, 3))
+    s_old = s_0 * far * rng.uniform([-1.0, -1.0, -1.0], [0.0, 1.0, 1.0], (n, 3))
+    state = by_c(joint.props(), s_old, virgin, origin, 1.0)[1]
+    s = s_old + s_0 * rng.uniform(*ends, (n, 3))
+    traction, new, _ = by_c(joint.props(), s, state, s_old, 1.0)
+    parameters, kappa = reference.Parameters(**bond), new[:, -2]
+    planes = reference.regular_pattern(sides, 30.0, share, 0.0)
+    theirs, expected = cap.update(parameters, cap.Cap(**strength), planes, s, state, s_old, 1.0, kappa)
+    assert (expected[:, -2] > state[:, -2]).sum() > n / 4
+    assert_within("closure", kappa, expected[:, -2], 1e-9 * s_0)
     assert_within("traction", traction, theirs, 1e-10 * joint.material.fc)
 
 
