@@ -83,6 +83,13 @@ def reasons(report: Path) -> str:
     return "; ".join(sorted(texts))
 
 
+def reports_of(host: str) -> list[Path]:
+    """Return the reports of the tests of a host, that of several ranks last."""
+    tests = Path("harness/hosts", host).glob("test_*.py")
+    several = any("SEVERAL_RANKS" in test.read_text(encoding="utf-8") for test in tests)
+    return [Path("build/hosts", f"{host}{kind}.xml") for kind in (["", "-ranks"] if several else [""])]
+
+
 def host_results(status: str) -> dict[str, Result]:
     """Return the result of every host, and print what did not run, and why.
 
@@ -91,18 +98,22 @@ def host_results(status: str) -> dict[str, Result]:
     """
     results = {}
     for host in HOSTS:
-        name, report = f"hosts.{host}", Path("build/hosts") / f"{host}.xml"
-        outcomes = list(pytest_results(report, may_skip=True).values()) if report.is_file() else []
-        passed, skipped = sum(r.passed for r in outcomes), sum(r.skipped for r in outcomes)
-        failed = sum(r.failed for r in outcomes)
-        if skipped:
-            print(f"{name}: {skipped} left out: {reasons(report)}")
-        if not outcomes and status == "not run":
-            print(f"{name}: not run: make check failed")
-            skipped = 1
-        elif not outcomes:
-            print(f"{name}: not run: {'out of time' if int(status) in TIMED_OUT else 'no test'}")
-            failed = 1
+        name, passed, failed, skipped = f"hosts.{host}", 0, 0, 0
+        for report in reports_of(host):
+            outcomes = list(pytest_results(report, may_skip=True).values()) if report.is_file() else []
+            passed += sum(r.passed for r in outcomes)
+            failed += sum(r.failed for r in outcomes)
+            left_out = sum(r.skipped for r in outcomes)
+            skipped += left_out
+            if left_out:
+                print(f"{name}: {left_out} left out: {reasons(report)}")
+            if not outcomes and status == "not run":
+                print(f"{name}: not run: make check failed")
+                skipped += 1
+            elif not outcomes:
+                ended = "out of time" if int(status) in TIMED_OUT else "no test"
+                print(f"{name}: not run: {ended} ({report.name})")
+                failed += 1
         results[name] = Result(failed, passed, "hosts", skipped)
     return results
 

@@ -3,9 +3,10 @@
 #
 # host.toml names the Python packages of a host, which come first; one with an install.sh is made by that script in
 # build/HOST, which takes minutes. Then two hosts run at a time, those with an install.sh first; what a host prints comes at
-# its end. HOSTS='name name': only these. Every host has a run of pytest and a report (build/hosts/*.xml) of its own.
+# its end. HOSTS='name name': only these. Every host has a run of pytest and a report (build/hosts/*.xml) of its own; its
+# tests of several ranks of MPI have another one, at the end and alone, as ranks that wait keep their cores.
 #
-# hosts.sh HOST TITLE: makes and tests one host.
+# hosts.sh HOST TITLE: makes and tests one host. hosts.sh HOST TITLE ranks: these tests of it.
 set -eu
 cd "$(dirname "$0")/.."
 python=.venv/bin/python
@@ -17,24 +18,34 @@ step() {
   tools/step.sh "$headline" "$log" "$@"
 }
 
-# pytest ends with 5 where all tests are left out
-one_host() {
-  if [ -x "harness/hosts/$1/install.sh" ]; then
-    step "$2" "hosts-$1" "harness/hosts/$1/install.sh" "build/$1" || return 1
-  fi
+# tests HOST NAME OPTION...: tests of a host, with a log and a report of this name. pytest ends with 5 where all are left out
+tests() {
+  host=$1 name=$2
+  shift 2
   status=0
   # shellcheck disable=SC2016  # $? is for that shell
-  step "Tests: $1" "hosts-$1-tests" sh -c '"$@" || [ $? = 5 ]' sh "$python" -m pytest -rA \
-    --numprocesses 2 --dist worksteal --junitxml="build/hosts/$1.xml" "harness/hosts/$1" || status=1
-  grep -E "^(FAILED|ERROR|SKIPPED)" "build/logs/hosts-$1-tests.log" || true
+  step "Tests: $name" "hosts-$name-tests" sh -c '"$@" || [ $? = 5 ]' sh "$python" -m pytest -rA \
+    "$@" --junitxml="build/hosts/$name.xml" "harness/hosts/$host" || status=1
+  grep -E "^(FAILED|ERROR|SKIPPED)" "build/logs/hosts-$name-tests.log" || true
   return $status
 }
 
-if [ $# = 2 ]; then
+one_host() {
+  if [ -n "${3:-}" ]; then
+    tests "$1" "$1-$3" -m "$3" --numprocesses 0
+    return
+  fi
+  if [ -x "harness/hosts/$1/install.sh" ]; then
+    step "$2" "hosts-$1" "harness/hosts/$1/install.sh" "build/$1" || return 1
+  fi
+  tests "$1" "$1" -m "not ranks" --numprocesses 2 --dist worksteal
+}
+
+if [ $# -ge 2 ]; then
   # a host prints its lines in one piece; logs in build/logs show how far it is
   echo "$2: begun"
   status=0
-  printed=$(one_host "$1" "$2" 2>&1) || status=1
+  printed=$(one_host "$@" 2>&1) || status=1
   printf '%s\n' "$printed"
   [ $status = 0 ] || echo "$1" >>build/hosts/failed
   exit $status
@@ -70,7 +81,19 @@ while read -r name packages title; do
       echo "no wheels here, left out" && exit 77; }; echo "there"' sh "$python" "$packages"
   fi
 done <build/hosts/list
-sed 's/^\([^ ]*\) [^ ]* \(.*\)$/\1 "\2"/' build/hosts/list | xargs -r -P 2 -n 2 tools/hosts.sh || {
-  echo "Failed hosts: $(tr '\n' ' ' <build/hosts/failed)"
-  exit 1
+# run PROCESSES WORD...: the hosts of the list on the input, so many at a time
+run() {
+  processes=$1
+  shift
+  sed 's/^\([^ ]*\) [^ ]* \(.*\)$/\1 "\2"'"${*:+ $*}"'/' | xargs -r -P "$processes" -n $((2 + $#)) tools/hosts.sh
 }
+
+status=0
+run 2 <build/hosts/list || status=1
+while read -r name rest; do
+  grep -q SEVERAL_RANKS "harness/hosts/$name"/test_*.py && echo "$name $rest"
+done <build/hosts/list | run 1 ranks || status=1
+if [ $status != 0 ]; then
+  echo "Failed hosts: $(sort -u build/hosts/failed | tr '\n' ' ')"
+  exit 1
+fi

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import atexit
 import json
+import os
 import shlex
 import subprocess
 import tempfile
@@ -24,6 +25,11 @@ ANSWER = "answer: "
 WITH_FENICSX = pytest.mark.skipif(
     not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
 )
+
+SEVERAL_RANKS = pytest.mark.ranks
+"""Mark of a test that needs more than one rank, for which it is run alone."""
+RANKS = [1, pytest.param(2, marks=SEVERAL_RANKS)]
+"""Numbers of ranks of a test that runs on one and on two."""
 
 MODEL = """
 from dataclasses import replace
@@ -125,6 +131,8 @@ def end_all() -> None:
 def answers_of(code: str, words: str, ranks: int) -> list[dict]:
     """What a code does on each rank; fails with the messages of ranks that it ends."""
     assert_installed()
+    beside = ranks > 1 and "PYTEST_XDIST_WORKER" in os.environ
+    assert not beside, "several ranks beside other tests: expected SEVERAL_RANKS at the test, and one process"
     if ranks > 1 and ranks in WAITING and WAITING[ranks].count == MOST:
         WAITING.pop(ranks).end()
     if ranks not in WAITING:

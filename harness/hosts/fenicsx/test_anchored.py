@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import pytest
-from on_ranks import WITH_FENICSX, done_by
+from on_ranks import SEVERAL_RANKS, WITH_FENICSX, done_by
 
 from harness.studies.validation import ribbed
 from harness.studies.validation.wall_runs import printed_by
@@ -43,6 +43,7 @@ def test_cover() -> None:
     assert stiffness == pytest.approx(ribbed.cover_stiffness(), rel=0.015)
 
 
+@SEVERAL_RANKS
 def test_splitting_cover() -> None:
     """A cover that splits presses as a ring between brittle and plastic, and the bar carries far less."""
     small = "--grid 2 1 4 12 --end 0.3"

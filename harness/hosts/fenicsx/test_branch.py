@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from on_ranks import WITH_FENICSX, assert_refused, of_all_ranks
+from on_ranks import RANKS, WITH_FENICSX, assert_refused, of_all_ranks
 from scipy.optimize import brentq
 
 pytestmark = WITH_FENICSX
@@ -27,7 +27,7 @@ def pulled(E, least=1e-4):
 """Two blocks with a bond, of which a force pulls the upper one."""
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_a_bond_that_softens_under_a_force(ranks: int) -> None:
     """Beyond its strength the force is that of the law at each opening, and its work is Gc.
 
@@ -60,7 +60,7 @@ for E in (2e4, 2.0):
     assert soft[4] < -0.05 and stiff[4] > 0.1
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_a_load_that_still_grows_is_no_limit(ranks: int) -> None:
     """A branch that is given up after one attempt says that nothing was found."""
     code = """
@@ -75,7 +75,7 @@ except Stopped as error:
     assert "not found: the load still grows after 1 attempts" in results["end"]
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_water_that_follows_openings_up_to_the_limit(ranks: int) -> None:
     """A block slides where the push is mu N, with water whose pressure is linear in the opening.
 
@@ -109,7 +109,7 @@ for _ in range(5):
     assert max(results["iterations"]) <= 3
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_conditions_that_end_at_the_limit(ranks: int) -> None:
     """A path whose conditions raise ValueError for a load that the branch asks for ends and says so."""
     results = of_all_ranks(
@@ -137,7 +137,7 @@ except Stopped as stopped:
     assert 0.95 <= at <= 0.97 and "the conditions at 0.9" in text and "no more than .97" in text
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_water_that_ends_on_the_branch(ranks: int) -> None:
     """A branch to openings for which a pressure is negative, or refuses to be found, ends and says so."""
     results = of_all_ranks(
@@ -170,7 +170,7 @@ for name, p in {"negative": lambda x, opening: 0.01 - opening, "refused": refuse
     assert 0.009 < opening <= 0.01 and "no p there" in text
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_water_that_ends_on_a_path(ranks: int) -> None:
     """A path to openings, or to a level, at which a pressure is negative is cut there and says so.
 
@@ -209,7 +209,7 @@ for name, water, load in (
         assert text.startswith("stopped at 0.0") and "joint: p = -" in text, name
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_a_path_that_leaves_a_branch(ranks: int) -> None:
     """Up to a value an exception at any call of the law leaves no trace on a branch; back it is left.
 
@@ -269,7 +269,7 @@ results["number"] = number
     assert results["raised"] == results["number"] > 5 and results["left"] == {}
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_energy_that_a_snap_releases(ranks: int) -> None:
     """A bond in series with soft blocks breaks in a jump: their energy at its strength less Gc is released.
 
@@ -312,7 +312,7 @@ for E, steps, share in (
     assert released == pytest.approx(work - Gc * area, rel=5e-3) and abs(unbalanced) < 5e-3
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_strain_energy_from_before_hides_no_error(ranks: int) -> None:
     """Blocks that are pressed from their sides before a bond breaks are halved in the steps of others.
 
@@ -345,7 +345,7 @@ results["all"] = before / (GC * 3.0), ledger.released, ledger.spent, ledger.work
     assert work == pytest.approx(spent, rel=5e-3) and abs(unbalanced) < 5e-3
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_a_force_that_rises_hides_no_error(ranks: int) -> None:
     """Sides that are let go while a bond softens release nothing, as the joint spends what is lost."""
     results = of_all_ranks(
@@ -370,7 +370,7 @@ results["all"] = follow.ledger.released, follow.ledger.work, follow.ledger.spent
     assert abs(released) < 1e-9 and work == pytest.approx(spent, rel=5e-3) and abs(unbalanced) < 5e-3
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_a_block_that_rocks(ranks: int) -> None:
     """A force that tips a rigid block is that of no-tension springs at every rotation, up to the toe.
 
@@ -421,7 +421,7 @@ for _ in range(12):
         assert at == pytest.approx(force(rotation), rel=1e-3)
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_a_second_bond_carries_more_than_the_first(ranks: int) -> None:
     """A force whose long step breaks one of two bonds jumps to the other, whose strength is the limit.
 
@@ -488,7 +488,7 @@ WRONG = {
 """Expressions and what their errors say."""
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_wrong_input(ranks: int) -> None:
     """Every rank has the error, and it is one line."""
     assert_refused(WRONG, BOND + "follow = pulled(2e4)\nm = follow.model\n", ranks)

@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
-from on_ranks import WITH_FENICSX, done_by, of_all_ranks
+from on_ranks import RANKS, WITH_FENICSX, done_by, of_all_ranks
 from scipy.optimize import brentq
 
 from harness.studies.validation.toe import CSS, MU, most, plain, sheared
@@ -101,7 +101,7 @@ for method in ("Newton", "IMPL-EX 0.02", "IMPL-EX 0.005"):
     assert fine <= 0.005 < coarse <= 0.02 and few < many
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_error_of_a_pass_counts_crushing(ranks: int) -> None:
     """A pass that aims at a whole joint has its strength fc; the law softens: the difference is e_t.
 

@@ -12,7 +12,7 @@ import exported
 import meshio
 import numpy as np
 import pytest
-from on_ranks import WITH_FENICSX, done_by
+from on_ranks import RANKS, SEVERAL_RANKS, WITH_FENICSX, done_by
 
 from harness.studies.validation.wall_runs import EXAMPLES, PROGRAM, PYTHON, start
 
@@ -85,6 +85,7 @@ def test_script_of_the_page(tmp_path: Path) -> None:
     assert done.stdout == shown and (tmp_path / "block.pvd").exists()
 
 
+@SEVERAL_RANKS
 @pytest.mark.parametrize(
     ("words", "ranks"), [("--tau 0.05 --to 1", (2, 4)), ("--wall SW100 --drag 1e-6 --to 1", (2,))]
 )
@@ -95,6 +96,7 @@ def test_ranks(tmp_path: Path, words: str, ranks: tuple[int, ...]) -> None:
         assert forces == pytest.approx(alone, abs=1e-8)
 
 
+@SEVERAL_RANKS
 @pytest.mark.parametrize("steps", ["", "--always"])
 def test_multigrid(tmp_path: Path, steps: str) -> None:
     """Iterations by Newton's method or passes, on two ranks, give the forces of MUMPS."""
@@ -168,7 +170,7 @@ def test_arch(tmp_path: Path, words: str) -> None:
         assert float(acceleration) == pytest.approx(float(limit), rel=0.01)
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_benchmarks(ranks: int) -> None:
     """Two arms that separate, a joint across a period, a block on a slope, loads that slide a block or dam.
 
@@ -200,6 +202,7 @@ def test_crack_converges_to_the_closed_form() -> None:
     assert opening == sorted(opening, reverse=True)
 
 
+@SEVERAL_RANKS
 def test_crack_on_two_ranks() -> None:
     """They have the results of one, which a tip that both have does not change."""
     alone, together = (run("--elements 16", ranks, name="crack")[0].split() for ranks in (1, 2))
@@ -248,6 +251,7 @@ def test_law_that_fails(tmp_path: Path, last: int, status: int) -> None:
     assert end == 0.2 if status == 0 else 0.0 < end < 0.2 and "the law: point 3: planted" in messages
 
 
+@SEVERAL_RANKS
 def test_a_run_goes_on(tmp_path: Path) -> None:
     """From the files of a run that ended earlier, on two ranks."""
     whole, part = tmp_path / "whole.csv", tmp_path / "part.csv"
@@ -259,6 +263,7 @@ def test_a_run_goes_on(tmp_path: Path) -> None:
     assert "expected the files of a run" in messages
 
 
+@SEVERAL_RANKS
 def test_a_file_of_another_version(tmp_path: Path) -> None:
     """A file of one rank that is cut off, or lacks a number that a run needs, is refused by both ranks."""
     out = tmp_path / "rows.csv"

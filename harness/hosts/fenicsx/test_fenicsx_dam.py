@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from on_ranks import WITH_FENICSX, done_by
+from on_ranks import RANKS, SEVERAL_RANKS, WITH_FENICSX, done_by
 
 from harness.studies.validation import dam
 from harness.studies.validation.wall_runs import PROGRAM, PYTHON, launch
@@ -19,7 +19,7 @@ pytestmark = WITH_FENICSX
 PAGE = (PROGRAM.parents[3] / "docs/how-to/dam.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_the_scripts_of_the_page(ranks: int, tmp_path: Path) -> None:
     """The page has the output of both scripts; the dam slides at (W - U) tan phi within 0.2 %."""
     names = "gravity_dam_mesh.py", "gravity_dam.py"
@@ -39,7 +39,10 @@ def test_the_scripts_of_the_page(ranks: int, tmp_path: Path) -> None:
         assert slides == pytest.approx(hand, rel=2e-3)
 
 
-@pytest.mark.parametrize(("kind", "ranks"), [("none", 1), ("linear", 2), ("flow", 2)])
+@pytest.mark.parametrize(
+    ("kind", "ranks"),
+    [("none", 1), *(pytest.param(kind, 2, marks=SEVERAL_RANKS) for kind in ("linear", "flow"))],
+)
 def test_profiles_of_other_codes(kind: str, ranks: int, tmp_path: Path) -> None:
     """Separations along the joint are those of Code_Aster's coarser mesh."""
     out = tmp_path / "rows.csv"

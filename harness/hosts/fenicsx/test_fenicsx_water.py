@@ -7,7 +7,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from on_ranks import WITH_FENICSX, assert_refused, of_all_ranks
+from on_ranks import RANKS, WITH_FENICSX, assert_refused, of_all_ranks
 
 pytestmark = WITH_FENICSX
 
@@ -70,7 +70,7 @@ def run(code: str, ranks: int) -> dict:
     return of_all_ranks(HELPERS + code, ranks)
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_pressures_on_faces(ranks: int) -> None:
     """Water on a side has the thrust and the moment of the closed form, in all kinds of cells.
 
@@ -101,7 +101,7 @@ for d, simplex in ((2, False), (2, True), (3, False), (3, True)):
         assert values == pytest.approx(expected, abs=1e-3 * uplift), name
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_pressures_in_joints(ranks: int) -> None:
     """Pressed by 1 with p = 0.4 a joint slides at mu (1 - p); p beyond what presses opens it, t_N = -p.
 
@@ -159,7 +159,7 @@ for d, simplex in ((2, False), (2, True), (3, False), (3, True)):
 """
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_flow(ranks: int, tmp_path: Path) -> None:
     """Along a joint of one aperture q = a^3 dp/(12 viscosity L), and p is linear.
 
@@ -184,7 +184,7 @@ def test_flow(ranks: int, tmp_path: Path) -> None:
         assert aperture == pytest.approx(1.02, abs=1e-3), name
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_flow_through_wide_and_narrow_faces(ranks: int) -> None:
     """An open pocket of a closed joint has the mean pressure of both ends, however wide it is.
 
@@ -247,7 +247,7 @@ for name, matrix, side in (
     assert results == {"matrix": [False] * 2, "side": [False] * 2, "nothing": [True] * 2}
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_flow_through_a_junction_and_a_standing_column(ranks: int) -> None:
     """Three equal branches share what comes in; under its weight water stands, p = weight times depth."""
     results = run(
@@ -277,7 +277,7 @@ results["column"] = largest(report.taken().p - 0.7 * (1.0 - m.places[:, 1]))
     assert max(results["rest"]) < 1e-9 and results["column"] < 1e-9
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_initial_stress(ranks: int) -> None:
     """Stress that balances the weight moves nothing; joints carry it, together with their water.
 
@@ -354,7 +354,7 @@ WRONG = {
 """Expressions and what their errors say."""
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_wrong_input(ranks: int) -> None:
     """Every rank has the error, and it is one line."""
     code = """

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from on_ranks import WITH_FENICSX, assert_refused, of_all_ranks
+from on_ranks import RANKS, WITH_FENICSX, assert_refused, of_all_ranks
 
 pytestmark = WITH_FENICSX
 
@@ -101,7 +101,7 @@ WRONG = {
 """Expressions and what their errors say."""
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_wrong_input(ranks: int) -> None:
     """Every rank has the error, and it is one line."""
     code = """
@@ -126,7 +126,7 @@ def refused(t):
     assert_refused(WRONG, code, ranks)
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_options_of_another_solution(ranks: int) -> None:
     """Options of PETSc, also wrong ones, hold for the solution that has them alone."""
     code = """
@@ -151,7 +151,7 @@ results["after"] = count(""), solve(m, State.virgin(m), of).good
     assert results["refused"] == ["ValueError"] * 4 and results["after"][1]
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_measures(ranks: int) -> None:
     """The resultant in the joint is that of weight and push, and so are its factors of safety.
 
@@ -216,7 +216,7 @@ for step in (0.1, 0.02):
     assert fine < 0.5 * coarse < 0.05
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 @pytest.mark.parametrize("search", ["root", "residual", "none"])
 def test_no_equilibrium_without_forces(search: str, ranks: int) -> None:
     """A block slides under more than the friction; forces of the block that flies off are rounding errors."""

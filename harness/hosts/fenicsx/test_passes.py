@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from on_ranks import WITH_FENICSX, done_by
+from on_ranks import RANKS, WITH_FENICSX, done_by
 
 pytestmark = WITH_FENICSX
 
@@ -27,7 +27,7 @@ def wall(words: str, out: Path, ranks: int = 1, status: int = 0) -> tuple[np.nda
     return np.loadtxt(out, delimiter=",", skiprows=1, ndmin=2), json.loads(done.stdout), done.stderr
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_passes_find_the_step_of_the_law(ranks: int, tmp_path: Path) -> None:
     """Passes end at the forces of Newton's method, within the error that they report."""
     newton, whole, _ = wall(FIXED, tmp_path / "newton.csv")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from on_ranks import WITH_FENICSX, assert_refused, of_all_ranks
+from on_ranks import RANKS, WITH_FENICSX, assert_refused, of_all_ranks
 
 pytestmark = WITH_FENICSX
 
@@ -24,7 +24,7 @@ results["whole"] = [whole(number, 2) for number in numbers]
     assert results["whole"] == [True] * 3 + [False] * 6
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_wrong_kinds_and_arrays(ranks: int) -> None:
     """Every rank names what one of them has: no instance of a class, and no real numbers."""
     one = "COMM.rank == COMM.size - 1"
@@ -54,7 +54,7 @@ results["row"] = row.tolist(), row.dtype.kind
     assert results["row"] == [[1.0, 2.0], "f"]
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_wrong_arguments_of_results(ranks: int) -> None:
     """`Output` and `measure` name what is wrong."""
     code = """

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from on_ranks import WITH_FENICSX, assert_refused, of_all_ranks
+from on_ranks import RANKS, WITH_FENICSX, assert_refused, of_all_ranks
 
 from harness.studies.validation.wall_runs import ROOT
 
@@ -53,7 +53,7 @@ results |= {{"stiffness": forces[0] / first / stiffness, "strength": max(forces)
 """
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_ring_under_pressure(ranks: int) -> None:
     """Lame's displacements under a pressure in the bore, within the error of elements, and the volume."""
     results = of_all_ranks(RING + LAME, ranks)
@@ -61,7 +61,7 @@ def test_ring_under_pressure(ranks: int) -> None:
     assert results["volume"] == pytest.approx(3.0 * 3.141592653589793 * 0.05, rel=1e-12)
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_fibre(ranks: int) -> None:
     """Initial stiffness and largest force of a long fibre, as elements in NumPy have them."""
     results = of_all_ranks(FIBRE, ranks)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import pytest
-from on_ranks import WITH_FENICSX, assert_refused, done_by, of_all_ranks, of_each_rank
+from on_ranks import RANKS, SEVERAL_RANKS, WITH_FENICSX, assert_refused, done_by, of_all_ranks, of_each_rank
 
 from harness.studies.validation import wall_runs
 
@@ -35,6 +35,7 @@ def test_slip_after_a_pulse() -> None:
         assert slips[name][0] == pytest.approx(0.8805, rel=1e-3)
 
 
+@SEVERAL_RANKS
 def test_two_ranks() -> None:
     """The ranks share the ledger and the cuts."""
     one_rank, two = numbers("coarse")["coarse"], numbers("coarse", 2)["coarse"]
@@ -50,7 +51,7 @@ SLIPS = {0.0: 0.14715, 10.0: 0.067544, 20.0: 0.023766}
 """Way of a rigid slab along planes by their inclination: a1 t0^2/2 (1 + a1/a2), see shaken_points.py."""
 
 
-@pytest.mark.parametrize(("d", "ranks"), [(2, 1), (3, 1), (3, 2)])
+@pytest.mark.parametrize(("d", "ranks"), [(2, 1), (3, 1), pytest.param(3, 2, marks=SEVERAL_RANKS)])
 def test_slip_along_planes(d: int, ranks: int) -> None:
     """A slab on inclined planes goes as far as a rigid one, in space in any direction, on any ranks."""
     slips = numbers(f"climb{d}", ranks)
@@ -143,7 +144,7 @@ except Stopped as stopped:
     assert run["reason"].startswith("ended at 0.002, but all energies have risen by")
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_resume(ranks: int) -> None:
     """A run that goes on from its file ends where the run without a pause ends."""
     code = (
@@ -214,7 +215,7 @@ WRONG = {
 """Expressions and what their errors say."""
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_wrong_input(ranks: int) -> None:
     """Every rank has the error, and it is one line."""
     code = """

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from on_ranks import WITH_FENICSX, of_all_ranks, of_each_rank
+from on_ranks import RANKS, WITH_FENICSX, of_all_ranks, of_each_rank
 
 pytestmark = WITH_FENICSX
 
@@ -187,7 +187,7 @@ results.update(number=number, raised=raised, left=left, same=probe.state.differe
     assert results["raised"] >= 5 and results["left"] == results["same"] == {}
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 @pytest.mark.parametrize("kind", KINDS)
 def test_resume_anywhere(kind: str, ranks: int) -> None:
     """A run that goes on from its files, after any attempt, has every bit of the run without a pause."""
@@ -289,7 +289,7 @@ results["same"] = before.taken().differences(after.taken())
     assert results["ended"] and results["same"] == {} and len({*results["iterations"]}) == 1
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_a_model_that_is_gone(ranks: int) -> None:
     """Nothing keeps a model that has been solved, nor the options of its linear equations."""
     results = run(

@@ -171,13 +171,16 @@ ARCH = re.compile(r"t/R ([\d.]+): ([\d.]+) g, limit analysis ([\d.]+) g, (\d+) u
 def launch(words: str, name: str, ranks: int, code: str = "") -> tuple[list[str | Path], dict[str, str]]:
     """Command and environment of a program of this host, or a code, with options, one thread a rank.
 
-    A rank of MPICH that waits keeps its core from the others, unless it sleeps.
+    A rank of MPICH that waits keeps its core, and answers at once.  Where ranks are more than the cores, they
+    sleep while they wait, which takes them several times as long.
     """
     mpiexec = [PYTHON.parent / "mpiexec", "-n", str(ranks)] if ranks > 1 else []
     program = ["-c", code] if code else ["-m", f"harness.hosts.fenicsx.{name}"]
     command = [*mpiexec, PYTHON, *program, *shlex.split(words)]
-    threads = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    return command, os.environ | threads | {"MPIR_CVAR_ENABLE_HEAVY_YIELD": "1"}
+    settings = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    if ranks > len(os.sched_getaffinity(0)):
+        settings["MPIR_CVAR_ENABLE_HEAVY_YIELD"] = "1"
+    return command, os.environ | settings
 
 
 Run = Callable[[str, str, int], subprocess.CompletedProcess[str]]
