@@ -19,7 +19,7 @@ export JOBS ?= 2
 side_by_side = $(MAKE) --no-print-directory --jobs=2 --output-sync=target
 
 builds := suites debug flang
-parts := lint $(builds) coverage pytest
+parts := pytest lint $(builds) coverage
 passed := build/passed
 venv := .venv/bin
 step := tools/step.sh

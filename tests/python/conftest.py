@@ -45,10 +45,13 @@ def pytest_configure() -> None:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The files with slow tests come first, so that no worker is left alone with one at the end.
 
-    A file stays in one piece, as what its tests share is made again otherwise.
+    Before them come those that wait, as the builds beside them have work for every core.  A file stays in one
+    piece, as what its tests share is made again otherwise.
     """
-    slow = {item.path for item in items if item.get_closest_marker("slow")}
-    items.sort(key=lambda item: item.path not in slow)
+    waits, slow = (
+        {item.path for item in items if item.get_closest_marker(mark)} for mark in ("waits", "slow")
+    )
+    items.sort(key=lambda item: (item.path not in waits, item.path not in slow))
 
 
 @pytest.fixture(scope="session")

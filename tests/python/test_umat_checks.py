@@ -12,6 +12,7 @@ from support_umat import MIXED, outcomes, planted
 
 pytestmark = [
     pytest.mark.slow,
+    pytest.mark.waits,
     pytest.mark.skipif(not shutil.which("gfortran"), reason="no gfortran"),
 ]
 

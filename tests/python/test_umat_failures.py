@@ -16,6 +16,7 @@ from support_umat import planted
 
 pytestmark = [
     pytest.mark.slow,
+    pytest.mark.waits,
     pytest.mark.skipif(not shutil.which("gfortran"), reason="no gfortran"),
 ]
 
