@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 MAX_COLUMNS = 120
+# of a line of Fortran
+FORTRAN_COLUMNS = 132
 # Names that are declared by the suite function that pFUnit generates.
 RESERVED = ("t", "suite", "test")
 # Assertions by their name in lower case: name of the assertion, number of operands, and accepted options.
@@ -97,14 +99,17 @@ def assertion(name: str, text: str, file: str, line: int) -> list[str]:
         raise PfError(f"@assert{op} takes {count} operand(s), then options by name")
     if op in {"True", "False"}:
         operands = [f"merge(1, 0, {operands[0]})"]
-    lines = [f"call pf_assert('{op}', '{file}', {line}, actual=&", f"&pf_value({operands[-1]})&"]
+    arguments = [f"pf_value({operands[-1]})"]
     if count == 2:
-        lines.append(f"&, expected=pf_value({operands[0]})&")
+        arguments.append(f", expected=pf_value({operands[0]})")
     if "tolerance" in options:
-        lines.append(f"&, tolerance=pf_value({options['tolerance']})&")
+        arguments.append(f", tolerance=pf_value({options['tolerance']})")
     if "message" in options:
-        lines.append(f"&, message={options['message']}&")
-    return [*lines, "&)"]
+        arguments.append(f", message={options['message']}")
+    # one line where it is as long as a compiler takes
+    whole = "".join(arguments)
+    lines = [whole] if len(whole) <= FORTRAN_COLUMNS - len("&&") else arguments
+    return [f"call pf_assert('{op}', '{file}', {line}, actual=&", *(f"&{part}&" for part in lines), "&)"]
 
 
 def check_line(raw: str, code: str) -> None:
@@ -157,9 +162,9 @@ def read(path: Path) -> Suite:
                 awaits_test = True
                 suite.lines.append("")
             elif directive[1].lower().startswith("assert"):
-                # a compiler's error within the assertion is one of this line
-                for line in assertion(directive[1][6:], directive[2], path.name, number):
-                    suite.lines += [f'#line {number} "{path}"', line]
+                # the operands are the second line, on which a compiler reports an error
+                suite.lines.append(f'#line {number - 1} "{path}"')
+                suite.lines += assertion(directive[1][6:], directive[2], path.name, number)
                 suite.lines += ["if (pf_failed) return", f'#line {number + 1} "{path}"']
             else:
                 raise PfError(f"unknown directive @{directive[1]}")
