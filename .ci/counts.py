@@ -108,7 +108,7 @@ def host_results(status: str) -> dict[str, Result]:
             if left_out:
                 print(f"{name}: {left_out} left out: {reasons(report)}")
             if not outcomes and status == "not run":
-                print(f"{name}: not run: make check failed")
+                print(f"{name}: not run: make check failed ({report.name})")
                 skipped += 1
             elif not outcomes:
                 ended = "out of time" if int(status) in TIMED_OUT else "no test"
