@@ -43,7 +43,7 @@ contains
     m%numbers_type = transfer(in_kind(transfer(source%numbers_type, [double])), m%numbers_type)
     m%guard = source%guard
     m%curved = source%curved
-    m%bends = source%bends
+    m%hyperbolic = source%hyperbolic
     m%general = source%general
     m%wears = source%wears
     m%damps = source%damps

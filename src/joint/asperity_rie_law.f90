@@ -51,7 +51,7 @@ contains
       law%stiffness = max(m%k_n, m%k_t)
       law%least_stiffness = max(tiny(1.0_wp), min(m%k_n, m%k_t, m%k_c))
       law%largest_stiffness = max(m%k_n, m%k_t, m%k_c)
-      law%hyperbolic = m%bends
+      law%hyperbolic = m%hyperbolic
       law%stress = m%k_n*m%s0
       law%rate_dependent = m%tau_v > 0.0_wp .or. m%damps
       law%wears = m%inv_w0 > 0.0_wp

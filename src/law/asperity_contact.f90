@@ -33,7 +33,7 @@ contains
     real(wp) :: p
     real(wp) :: c, within
     p = m%kc_kt*closure(s)
-    if (m%bends) then
+    if (m%hyperbolic) then
       c = closure(s)
       within = min(c, m%linear_from)
       p = m%kc_kt*(within/(1.0_wp - within*m%inv_largest_closure) + &
@@ -48,7 +48,7 @@ contains
     real(wp) :: c
     real(wp) :: left, within
     c = p
-    if (m%bends) then
+    if (m%hyperbolic) then
       within = min(p, m%linear_from/(1.0_wp - m%linear_from*m%inv_largest_closure))
       left = 1.0_wp/(1.0_wp + within*m%inv_largest_closure)
       c = left*(within + left*(p - within))
@@ -61,7 +61,7 @@ contains
     type(local_type), intent(in) :: s       !! separation of the bond or of the contact
     real(wp) :: stiffness
     stiffness = m%kc_kt
-    if (m%bends) stiffness = m%kc_kt/(1.0_wp - min(closure(s), m%linear_from)*m%inv_largest_closure)**2
+    if (m%hyperbolic) stiffness = m%kc_kt/(1.0_wp - min(closure(s), m%linear_from)*m%inv_largest_closure)**2
   end function contact_stiffness
 
   !> Add a dashpot to the pressure of a closed plane and to its derivative, over k_t: c/dt times the change of the
@@ -88,7 +88,7 @@ contains
     real(wp) :: energy
     real(wp) :: beyond, within
     energy = pressure(m, s)*closure(s)
-    if (m%bends) then
+    if (m%hyperbolic) then
       within = min(closure(s), m%linear_from)
       beyond = closure(s) - within
       energy = (m%kc_kt*within)*within*hyperbolic(within*m%inv_largest_closure) + beyond*(pressure(m, s) + &

@@ -24,7 +24,7 @@ contains
     integer :: kernel
     if (material%damps) then
       kernel = kernel_damped
-    else if (material%bends .or. (material%guard .and. material%curved)) then
+    else if (material%hyperbolic .or. (material%guard .and. material%curved)) then
       kernel = kernel_general
     else if (material%guard) then
       kernel = kernel_guarded
@@ -54,7 +54,7 @@ contains
     m%guard = kernel == kernel_guarded .or. kernel >= kernel_general
     m%general = kernel >= kernel_facet
     m%wears = kernel >= kernel_worn
-    m%bends = kernel >= kernel_general
+    m%hyperbolic = kernel >= kernel_general
     m%damps = kernel == kernel_damped
     m%by_points = by_points
     m%exact = exact

@@ -81,7 +81,7 @@ contains
       material%inv_largest_closure = 1.0_wp/props(p_closure)
       material%linear_from = largest_closure_share*props(p_closure)
     end if
-    material%bends = props(p_closure) > 0.0_wp
+    material%hyperbolic = props(p_closure) > 0.0_wp
     material%damping = props(p_c)
     material%damps = material%damping > 0.0_wp
     ! an increment of this length misses the rupture by less than 0.2 % of Gc with the trapezoidal rule, as the error
@@ -91,7 +91,7 @@ contains
     if (material%s0 > least_onset .and. slip < 1.0_wp/least_onset) then
       material%inv_longest_2 = (1.0_wp - material%eta)/(longest*material%s0)**2
     end if
-    material%general = material%curved .or. material%bends .or. material%damps
+    material%general = material%curved .or. material%hyperbolic .or. material%damps
     material%by_points = .false.
     material%exact = .false.
   end subroutine new_material
@@ -116,7 +116,7 @@ contains
     reach = largest_separation*material%s0
     if (any(values > most) .or. any(values(6:) < sqrt(range(1)))) return
     stiffer = 1.0_wp + lag
-    if (material%bends) then
+    if (material%hyperbolic) then
       ! the stiffness of a contact that is almost closed, and the share of the largest closure
       stiffer = lag + 1.0_wp/(1.0_wp - largest_closure_share)**2
       if (stiffer*max(reach*material%inv_largest_closure, material%kc_kt) > most) return

@@ -71,7 +71,7 @@ contains
   pure function parts_of(material) result(parts)
     type(material_type), intent(in) :: material   !! constants with the flags of the material, not of a kernel
     integer :: parts
-    parts = merge(most_parts, 1, (material%curved .or. material%bends) .and. material%inv_w0 <= 0.0_wp)
+    parts = merge(most_parts, 1, (material%curved .or. material%hyperbolic) .and. material%inv_w0 <= 0.0_wp)
   end function parts_of
 
   !> What depends on the duration in a part of an increment. With viscosity the damage tends to that without it as an
@@ -224,7 +224,7 @@ contains
     e = elastic(touch, touch%closed%to)
     touch%slip = max(sqrt(e%t**2 + e%h**2) - touch%last, 0.0_wp)
     touch%lost = 0.0_wp
-    if (damped) call relax(m, lag, springs + merge(lag*(viscous - touch%rate), 0.0_wp, m%bends), touch)
+    if (damped) call relax(m, lag, springs + merge(lag*(viscous - touch%rate), 0.0_wp, m%hyperbolic), touch)
   end function touch_of
 
   !> With a dashpot the elastic slip of a contact that slips tends exponentially to that of the springs alone, in the

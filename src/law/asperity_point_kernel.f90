@@ -254,8 +254,8 @@ contains
       begin = x
       counted = merge(1.0_wp, 0.0_wp, i <= parts)
       ! the kernel of a linear contact finds them in half the time
-      if (m%wears .and. joint%material%bends) call find_crushed(joint, kernel_general, last, planes)
-      if (m%wears .and. .not. joint%material%bends) call find_crushed(joint, kernel_worn, last, planes)
+      if (m%wears .and. joint%material%hyperbolic) call find_crushed(joint, kernel_general, last, planes)
+      if (m%wears .and. .not. joint%material%hyperbolic) call find_crushed(joint, kernel_worn, last, planes)
       !$omp simd reduction(+:friction)
       do k = 1, planes%n
         plane = plane_of(joint%pattern, k)

@@ -65,7 +65,7 @@ module asperity_types
   type, extends(numbers_type) :: material_type
     logical :: guard        !! whether damage grows only where its dissipation is >= 0
     logical :: curved       !! whether the contact of a plane lies on a curved facet
-    logical :: bends        !! whether the contact closes by a hyperbola
+    logical :: hyperbolic   !! whether the contact closes by a hyperbola
     logical :: general      !! whether it lies on a facet, closes by a hyperbola or has a dashpot
     logical :: wears        !! whether the facets wear or are crushed
     logical :: damps        !! whether a dashpot acts on the closed contact

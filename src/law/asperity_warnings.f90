@@ -191,7 +191,7 @@ contains
     z = climbed_height(joint, slip)
     if (.not. z > 0.0_wp) z = merge(joint%material%height, 1.0_wp, joint%material%height > 0.0_wp)
     stiffness = "kc Kn"
-    if (joint%material%bends) stiffness = "dp/dc"
+    if (joint%material%hyperbolic) stiffness = "dp/dc"
     text = "increment of slip in an FE code: expected at most W0/(mu z " // stiffness // ") = " // &
       short(largest_slip_increment(joint, pressure, z)) // " at the climbed height z = " // short(z) // &
       ", because a facet loses its contact in longer ones"

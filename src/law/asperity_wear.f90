@@ -69,7 +69,7 @@ contains
     root%at = closed/(1.0_wp - closed*m%inv_largest_closure)
     root%low = 0.0_wp
     root%high = unworn
-    if (m%bends) root%high = pressure(m, local_type(-unworn, 0.0_wp, 0.0_wp))/m%kc_kt
+    if (m%hyperbolic) root%high = pressure(m, local_type(-unworn, 0.0_wp, 0.0_wp))/m%kc_kt
     root = next_pressure(m, facet, root)
     root = next_pressure(m, facet, root)
     root = next_pressure(m, facet, root)
@@ -119,7 +119,7 @@ contains
     closed = root%at
     left = 1.0_wp
     bend = 0.0_wp
-    if (m%bends) then
+    if (m%hyperbolic) then
       within = min(root%at, m%linear_from/(1.0_wp - m%linear_from*m%inv_largest_closure))
       left = 1.0_wp/(1.0_wp + within*m%inv_largest_closure)
       closed = left*(within + left*(root%at - within))

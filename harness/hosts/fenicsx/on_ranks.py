@@ -77,10 +77,11 @@ def assert_installed() -> None:
 
 @dataclass
 class Ranks:
-    """Ranks that wait for codes, and the file of their messages."""
+    """Ranks that wait for codes, the file of their messages and the folder of their temporary files."""
 
     process: subprocess.Popen[str]
     messages: IO[str]
+    folder: tempfile.TemporaryDirectory[str]
     count: int = 0
 
     @classmethod
@@ -88,11 +89,12 @@ class Ranks:
         """Start so many ranks."""
         command, environment = launch(shlex.quote(ANSWER), "waiting_ranks", ranks)
         messages = tempfile.TemporaryFile("w+", encoding="utf-8")
-        pipe = subprocess.PIPE
+        folder, pipe = tempfile.TemporaryDirectory(), subprocess.PIPE
+        environment |= {"TMPDIR": folder.name}
         process = subprocess.Popen(
             command, cwd=ROOT, env=environment, stdin=pipe, stdout=pipe, stderr=messages, text=True
         )
-        return cls(process, messages)
+        return cls(process, messages, folder)
 
     def answers(self, code: str, words: str) -> list[dict] | None:
         """What a code does on each rank; None where it ends them."""
@@ -110,6 +112,7 @@ class Ranks:
     def end(self) -> tuple[int, str]:
         """Wait for the end of the ranks; their exit status and messages."""
         self.process.communicate()
+        self.folder.cleanup()
         self.messages.seek(0)
         return self.process.returncode, self.messages.read()
 

@@ -31,13 +31,14 @@ def available() -> bool:
 def library(old: bool = False) -> ctypes.CDLL:
     """The model of the kit with the imitated program, by the types of version 7 (old) or 9."""
     shared = installed.library()
-    folder = Path(tempfile.mkdtemp(prefix="asperity-joint-model-"))
-    program = folder / f"libjoint{int(old)}.so"
     sources = [FOLDER / "kit" / "jmodelasperity.cpp", FOLDER / "imitation" / "host.cpp"]
     command = ["g++", "-std=c++14", "-shared", "-fPIC", "-Wall", "-Wextra", "-Werror", *(["-DOLD"] * old)]
     command += [f"-I{FOLDER / 'imitation'}", f"-I{shared.parent}", *map(str, sources), str(shared)]
-    subprocess.run([*command, f"-Wl,-rpath,{shared.parent}", "-o", str(program)], check=True)
-    loaded = ctypes.CDLL(str(program))
+    # what is loaded stays after its file is gone
+    with tempfile.TemporaryDirectory() as folder:
+        program = f"{folder}/libjoint.so"
+        subprocess.run([*command, f"-Wl,-rpath,{shared.parent}", "-o", program], check=True)
+        loaded = ctypes.CDLL(program)
     loaded.contact_make.restype = ctypes.c_void_p
     loaded.contact_get.restype = loaded.contact_energy.restype = ctypes.c_double
     return loaded

@@ -29,14 +29,15 @@ def available() -> bool:
 def library() -> ctypes.CDLL:
     """The routine of the kit, compiled with the length of arrays of an imitated program."""
     door = installed.named_library("asperity_lsdyna")
-    folder = Path(tempfile.mkdtemp(prefix="asperity-umat41c-"))
-    folder.joinpath("nlqparm").write_text(f"      parameter (nlq={NLQ})\n", encoding="ascii")
     source = Path(__file__).parent / "kit" / "umat41c.f"
-    # LS-DYNA in double precision has integers of eight bytes
-    flags = ["-shared", "-fPIC", "-fdefault-integer-8", f"-I{folder}"]
-    command = ["gfortran", *flags, str(source), str(door), f"-Wl,-rpath,{door.parent}"]
-    subprocess.run([*command, "-o", str(folder / "libumat41c.so")], check=True)
-    return ctypes.CDLL(str(folder / "libumat41c.so"))
+    # what is loaded stays after its file is gone
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "nlqparm").write_text(f"      parameter (nlq={NLQ})\n", encoding="ascii")
+        # LS-DYNA in double precision has integers of eight bytes
+        flags = ["-shared", "-fPIC", "-fdefault-integer-8", f"-I{folder}"]
+        command = ["gfortran", *flags, str(source), str(door), f"-Wl,-rpath,{door.parent}"]
+        subprocess.run([*command, "-o", f"{folder}/libumat41c.so"], check=True)
+        return ctypes.CDLL(f"{folder}/libumat41c.so")
 
 
 class Points:
