@@ -212,19 +212,19 @@ contains
   end subroutine explain_call
 
   !> Whether the state variables of IMPL-EX are in their ranges; the errors are never read.
-  pure function implex_bounded(joint, own) result(yes)
+  pure function implex_bounded(joint, implex) result(yes)
     type(interface_type), intent(in) :: joint         !! the interface
-    real(wp), intent(in), contiguous :: own(:)        !! state variables of IMPL-EX, any bits
+    real(wp), intent(in), contiguous :: implex(:)     !! state variables of IMPL-EX, any bits
     logical :: yes
-    yes = all_bounded(3, own(i_jump:), slip_bound(joint)) .and. all_bounded(2, own(i_duration:), huge(1.0_wp)) .and. &
-      all_bounded(joint%pattern%n, own(i_growth:), 1.0_wp)
-    if (yes) yes = all(own(i_duration:i_longest + joint%pattern%n) >= 0.0_wp)
+    yes = all_bounded(3, implex(i_jump:), slip_bound(joint)) .and. &
+      all_bounded(2, implex(i_duration:), huge(1.0_wp)) .and. all_bounded(joint%pattern%n, implex(i_growth:), 1.0_wp)
+    if (yes) yes = all(implex(i_duration:i_longest + joint%pattern%n) >= 0.0_wp)
   end function implex_bounded
 
   !> Append one line for each state variable of IMPL-EX that is not in its range.
-  pure subroutine explain_implex(joint, own, message)
+  pure subroutine explain_implex(joint, implex, message)
     type(interface_type), intent(in) :: joint                 !! the interface
-    real(wp), intent(in), contiguous :: own(:)                !! state variables of IMPL-EX, any bits
+    real(wp), intent(in), contiguous :: implex(:)             !! state variables of IMPL-EX, any bits
     character(len=:), allocatable, intent(inout) :: message   !! lines are appended
     real(wp) :: bound
     integer :: first, i
@@ -232,7 +232,7 @@ contains
     do i = 1, i_longest + joint%pattern%n
       bound = merge(1.0_wp, merge(huge(bound), slip_bound(joint), i >= i_duration), i >= i_growth)
       call review(message, "STATEV(" // integer_text(first - 1 + i) // ") " // &
-        trim(implex_table(min(i, i_growth))%name), own(i), bound, i < i_duration)
+        trim(implex_table(min(i, i_growth))%name), implex(i), bound, i < i_duration)
     end do
   end subroutine explain_implex
 

@@ -105,8 +105,8 @@ contains
     type(point_type), intent(inout) :: point        !! the point, start -> end
     real(wp), intent(out) :: reached                !! fraction of the part that converged, 1: complete
     type(report_type), intent(out) :: report        !! report
-    type(equations_type) :: equations, whole
-    real(wp) :: reached_whole
+    type(equations_type) :: equations, fallen
+    real(wp) :: fallen_reached
     reached = 0.0_wp
     if (.not. (all_bounded(size(target), target, largest_target) .and. law%admissible(point%state))) then
       report%ended = ended_rejected
@@ -115,19 +115,19 @@ contains
     call new_equations(control, start, target, point, equations, call)
     call take_increment(law, equations, reached)
     if (equations%fell) then
-      whole = equations
-      reached_whole = reached
+      fallen = equations
+      fallen_reached = reached
       call new_equations(control, start, target, point, equations, call)
       equations%in_balance = .true.
-      equations%report%iterations = whole%report%iterations
-      equations%report%updates = whole%report%updates
-      equations%report%requested = whole%report%requested
+      equations%report%iterations = fallen%report%iterations
+      equations%report%updates = fallen%report%updates
+      equations%report%requested = fallen%report%requested
       call take_increment(law, equations, reached)
-      if (reached < reached_whole .and. .not. equations%report%requested < 1.0_wp) then
-        whole%report%iterations = equations%report%iterations
-        whole%report%updates = equations%report%updates
-        equations = whole
-        reached = reached_whole
+      if (reached < fallen_reached .and. .not. equations%report%requested < 1.0_wp) then
+        fallen%report%iterations = equations%report%iterations
+        fallen%report%updates = equations%report%updates
+        equations = fallen
+        reached = fallen_reached
       end if
     end if
     if (.not. equations%report%requested < 1.0_wp) then

@@ -26,7 +26,7 @@ module asperity_rows
     "after_Ty", "released", "D_N_N", "D_Tx_N", "D_Ty_N", "D_N_Tx", "D_Tx_Tx", "D_Ty_Tx", "D_N_Ty", "D_Tx_Ty", "D_Ty_Ty"]
   integer, parameter :: n_written = 17
   !> Columns that are whole numbers.
-  integer, parameter :: whole(5) = [1, 2, 17, 19, 20]
+  integer, parameter :: integer_columns(5) = [1, 2, 17, 19, 20]
 
 contains
 
@@ -75,7 +75,7 @@ contains
     n = 0
     numbers = row_numbers(row, aperture)
     do i = 1, merge(size(row_columns), n_written, every)
-      if (any(whole == i)) then
+      if (any(integer_columns == i)) then
         call add_text(line, n, integer_text(nint(numbers(i))) // ",")
       else
         call add_numbers(line, n, numbers(i:i))

@@ -240,14 +240,14 @@ contains
   end function integrate
 
   !> First of the values that a host passes, NaN if it passes none.
-  function first_of(values) result(one)
+  function first_of(values) result(value)
     type(c_ptr), intent(in) :: values   !! double[]
-    real(wp) :: one
+    real(wp) :: value
     real(c_double), pointer :: found
-    one = quiet_nan
+    value = quiet_nan
     if (.not. c_associated(values)) return
     call c_f_pointer(values, found)
-    one = found
+    value = found
   end function first_of
 
   !> Write the operator d force_i/d gradient_j by rows.
