@@ -46,7 +46,8 @@ if [ ! -f "$lapack/liblapack.a" ]; then
   $triplet-ar rcs "$lapack/liblapack.a" "$lapack"/*.o
 fi
 
-export WINEPREFIX="$folder/wine" WINEDEBUG=-all
+# outside the tree: builders of the sdist follow the links of its drives, one of which is the root of all files
+export WINEPREFIX="${XDG_CACHE_HOME:-$HOME/.cache}/asperity-wine" WINEDEBUG=-all
 cmake --preset windows -DLAPACK_LIBRARIES="$lapack/liblapack.a" -DBLAS_LIBRARIES="$lapack/liblapack.a"
 cmake --build build/windows --parallel "${JOBS:-2}"
 mkdir -p "$WINEPREFIX"

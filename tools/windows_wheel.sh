@@ -35,7 +35,7 @@ packages() {
 }
 [ -d "$folder/site/numpy" ] || packages "numpy==2.1.3" matplotlib pytest hypothesis colorama
 
-export WINEPREFIX="$PWD/build/windows/wine" WINEDEBUG=-all
+export WINEPREFIX="${XDG_CACHE_HOME:-$HOME/.cache}/asperity-wine" WINEDEBUG=-all
 cmake --preset windows -DASPERITY_PYTHON=ON -DSKBUILD=ON -DPython_EXECUTABLE="$python" -DPython_INCLUDE_DIR="$windows/include" \
   -DPython_LIBRARY="$windows/libs/python311.lib" -DPython_SOABI=cp311-win_amd64 \
   -DPython_NumPy_INCLUDE_DIR="$folder/site/numpy/_core/include"
