@@ -31,7 +31,7 @@ python3 - >record.csv <<END
 import numpy as np
 from asperity import Interface, Material, Pattern
 
-joint = Interface(Material(1.5, 0.15, 0.9, 0.5, kc=20.0), Pattern.regular(8, 20.0))
+joint = Interface(Material(1.5, 0.15, 0.9, 0.5, kc=20.0), Pattern.regular(2, 20.0))
 noise, slips = np.random.default_rng(0), np.linspace(0.0, 0.8, 4001)
 print("test,slip,tau,dilation,sigma_N")
 for sigma_N in (-1.0, -2.0, -4.0):
