@@ -16,6 +16,9 @@ from .shapes import FACES, Integers, area, corner_sizes, corners, dimension, pla
 ROUNDING = 1.0e-6
 """Relative difference of two lengths of nodes and sections that are the same but for their digits."""
 
+SHIFT = 0.5
+"""Largest distance along the joint between nodes above each other, over the shortest edge."""
+
 REACH = 0.1
 """Distance that a tie without a position tolerance reaches at most, over the size of a face."""
 
@@ -132,16 +135,25 @@ class Checks:
         if d == 2:
             edges, above = edges[:, :1], above[:, :1]
         length = np.minimum(np.linalg.norm(edges, axis=2).min(1), np.linalg.norm(above, axis=2).min(1))
-        crossed = (np.einsum("fkd,fkd->fk", edges, above) <= 0.0).any(1) & (length > 0.0)
+        crossed = (np.einsum("fkd,fkd->fk", edges, above) <= 0.0).any(1)
+        if d == 3:
+            turns = np.cross(edges, np.roll(edges, -1, axis=1))
+            crossed |= (np.einsum("fkd,fd->fk", turns, turns[:, 0]) <= 0.0).any(1)
+        crossed &= length > 0.0
+        normal, across = area(x)[0], y - x
+        along = across - np.einsum("fkd,fd->fk", across, normal)[:, :, None] * normal[:, None]
+        shifted = np.linalg.norm(along, axis=2).max(1) > SHIFT * length
         where = "their nodes" if way is None else f"their nodes, by stack direction={way},"
         if (bad := np.flatnonzero((stack > length * (1.0 + ROUNDING)) & ~crossed)).size:
             yield self._named(bad, x, f"{where} are farther apart across the joint than along it", len(x)) + (
                 ": expected the nodes of the lower side first, then those above them"
             )
+        if (bad := np.flatnonzero(shifted & (stack <= length * (1.0 + ROUNDING)) & ~crossed)).size:
+            text = f"{where} are shifted along the joint"
+            yield (self._named(bad, x, text, len(x)) + ": expected upper nodes above the lower ones")
         if (bad := np.flatnonzero(crossed)).size:
-            order = (
-                "1, 2 below and 4, 3 above them" if d == 2 else "the upper side in the order of the lower one"
-            )
+            around = "the nodes around each side, the upper side in the order of the lower one"
+            order = "1, 2 below and 4, 3 above them" if d == 2 else around
             yield self._named(bad, x, f"{where} make edges that cross", len(x)) + f": expected {order}"
         same = (lower == upper).all(1)
         if same.any():

@@ -17,6 +17,7 @@ from .abaqus import read_model
 from .deck import Block
 from .deck_constants import keyword_problems, report
 from .deck_elements import element_problems
+from .deck_layers import layer_problems
 from .deck_water import water_problems
 
 SECTIONS = "COHESIVE SECTION", "SOLID SECTION"
@@ -135,10 +136,11 @@ def judged(path: Path) -> Judgement:
         for joint in joints
         if joint.section.keyword == SECTIONS[0] and not joint.material.errors
     ]
-    thickness = {
-        id(joint.section): joint.material.of("h") for joint in joints if joint.section.keyword == SECTIONS[0]
-    }
-    wrong += element_problems(model, thickness) + water_problems(deck, wet)
+    cohesive, layers = (
+        {id(joint.section): joint.material.of("h") for joint in joints if joint.section.keyword == keyword}
+        for keyword in SECTIONS
+    )
+    wrong += element_problems(model, cohesive) + layer_problems(model, layers) + water_problems(deck, wet)
     return Judgement(wrong, doubtful, notes, read)
 
 
@@ -254,7 +256,7 @@ def _calculix_problems(joint: Joint) -> tuple[list[str], list[str]]:
             f"{head}: {name} in a *Solid Section: CalculiX calls a UMAT for names that begin with ABAQUS only"
         )
         return [], [text]
-    wrong, notes = [*_element_problems(joint, "C3D8", "C3D8$")], []
+    wrong, notes = [*_element_problems(joint, "C3D8 or C3D6", "C3D[68]$")], []
     if name.startswith("ABAQUSNL"):
         wrong.append(f"{head}: {name}: expected none that begins with ABAQUSNL, which selects log strains")
     for k, words in joint.material.block.rows():

@@ -119,6 +119,25 @@ def test_other_meshes_and_shells(
         split(path, join=join)
 
 
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("|", ""),
+        ("1, 2, 3, 4, 5, 6, 7, 8|1, 3, 2, 4, 5, 7, 6, 8", "make edges that cross: expected the nodes around"),
+        ("1, 2, 3, 4, 5, 6, 7, 8|1, 2, 3, 4, 17, 18, 19, 20", "are shifted along the joint"),
+    ],
+)
+def test_places_of_nodes(
+    change: str, words: str, tmp_path: Path, said: Callable[..., tuple[str, str]]
+) -> None:
+    """Nodes that go round both sides crosswise, and sides an edge apart along the joint, are mistakes."""
+    old, _, row = change.partition("|")
+    text = beside_shells("LOW", "UP").replace(f"3, {old}\n", f"3, {row}\n")
+    text = text.replace("*Element", "17, 1, 0, 0\n18, 2, 0, 0\n19, 2, 1, 0\n20, 1, 1, 0\n*Element", 1)
+    out, err = said(f"doctor {placed(tmp_path, text)}", code=int(bool(words)))
+    assert words in out + err
+
+
 def test_no_false_alarm(tmp_path: Path) -> None:
     """Drawn decks without a mistake pass."""
     for seed in range(DRAWN):
