@@ -60,7 +60,7 @@ int asperity_next(asperity_run *run, int n, int n_columns, double *rows, int nst
 double asperity_value(asperity_run *run, const char *column);
 
 /* 1 if no equilibrium was found beyond the last row, 2 if a step with fork has not left its branch and the path has ended
- * with it, both with the reason in message; else 0. */
+ * with it, both with the reason in message; else 0, with a warning in message if work and energies of the rows differ. */
 int asperity_lost(asperity_run *run, char *message, int size);
 
 /* End a run, at any row. */

@@ -7,7 +7,7 @@ module case_run
   use asperity_equations, only: new_point, point_type
   use asperity_foreign_umat, only: foreign_law, umat_name
   use asperity_kinds, only: wp
-  use asperity_load_path, only: explain_end, next_row, row_type, run_type
+  use asperity_load_path, only: explain_account, explain_end, next_row, row_type, run_type
   use asperity_increment, only: ended_refused, ended_rejected
   use asperity_point_law, only: point_law
   use asperity_refine, only: refine_path
@@ -43,17 +43,18 @@ contains
     type(history_type) :: table
     type(progress_type) :: progress
     type(run_type) :: run
-    character(len=:), allocatable :: counts, failure, text, why
+    character(len=:), allocatable :: account, counts, failure, text, why
     logical :: broken, ends_early, keeps
 
     worst = 0.0_wp
     broken = .false.
-    allocate (character(len=0) :: failure)
+    allocate (character(len=0) :: failure, account)
     call open_history(table, output, law, case%aperture, planes .or. case%planes, len(report) > 0, &
       case%stability)
     call start_progress(progress, "rie_driver", "increments", quiet)
     if (size(case%steps) > 0) then
       call run_path(case, law, label, table, progress, run, failure, broken, why)
+      if (.not. case%umat%given) call explain_account(run, account)
     else
       if (case%initial%given) call start_from(table, law, new_point(law, case%state%statev), 0.0_wp)
       call run_replay(case, label, table, progress, failure)
@@ -86,6 +87,7 @@ contains
       end if
     end if
     if (len(failure) > 0) call say(label // ": " // failure)
+    if (len(account) > 0) call say(label // ": warning: " // account)
     keeps = (table%last%lost .and. .not. case%expect%lost) .or. (broken .and. run%number(1) > 0)
     if (keeps) call keep_failed(case, run, label, output)
     call write_report(report, code, failure, table%last%lost)

@@ -189,8 +189,8 @@ class Interface:
 
         Raises ValueError for every value that is out of range, by its name, for a tolerance that is not
         reached, and for a fork that is not taken; EquilibriumLost, with the rows before and the reason, where
-        no equilibrium is found.  Warns of the largest pressure and slip of the rows by ModelWarning, with the
-        sentences of the driver.
+        no equilibrium is found.  Warns by ModelWarning of the largest pressure and slip of the rows, and of
+        work that differs from their energies, with the sentences of the driver.
 
         Examples
         --------
@@ -204,7 +204,7 @@ class Interface:
         >>> round(float(joint.run(Step(slip=0.0, increments=80), test.end).separation[-1, 1]), 6)
         0.0
         """
-        history, lost = self.rows(steps, state, tolerance)
+        history, lost = rows_of(self._props, steps, state, tolerance, warns=True)
         path = [steps] if isinstance(steps, Step) else steps
         if state is None and path[0].s_N is None and path[0].t_N is None and path[0].slip is not None:
             text = "steps[0]: neither t_N nor s_N is given, so s_N is held at 0"

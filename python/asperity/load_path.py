@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import cache, partial
@@ -13,6 +14,7 @@ from . import _core, calls, contract
 from .contract import Floats
 from .errors import InputError, Record
 from .history import History, Snap
+from .material import ModelWarning
 from .steps import FOLLOW, Point, Step, start_text
 
 MOST_ROOM = 100_000
@@ -37,14 +39,18 @@ def rows_of(
     start: ArrayLike | Point | None = None,
     tolerance: float | None = None,
     keep_lost: bool = False,
+    warns: bool = False,
 ) -> tuple[History, str]:
     """Rows for admissible PROPS, and why the path ends before its end ("" if it does not).
 
     start: as in `Interface.run`.  keep_lost: the row beyond which there is no equilibrium is the last one,
-    instead of an event after the last one. Raises ValueError for every value of steps, start and tolerance
+    instead of an event after the last one.  warns: whether work that differs from energies gives a
+    ModelWarning at the call of the caller.  Raises ValueError for every value of steps, start and tolerance
     that is out of range, and for a `fork` at which no branch could be left.
     """
-    numbers, states, names, loss = _run(props, steps, start, tolerance)
+    numbers, states, names, loss, account = _run(props, steps, start, tolerance)
+    if warns and account:
+        warnings.warn(account, ModelWarning, stacklevel=3)
     n = len(numbers)
     lost = ""
     if loss is not None:
@@ -60,15 +66,17 @@ def rows_of(
 
 def columns_of(props: Floats, steps: Sequence[Step], names: Sequence[str]) -> list[Floats]:
     """Columns (n,) by name of the rows with equilibrium alone, for many runs; as `rows_of`."""
-    numbers, _, _, loss = _run(props, steps, None, None)
+    numbers, _, _, loss, _ = _run(props, steps, None, None)
     kept = numbers if loss is None else numbers[:-1]
     return [kept[:, column_names().index(name)] for name in names]
 
 
 def _run(
     props: Floats, steps: Sequence[Step] | Step, start: ArrayLike | Point | None, tolerance: float | None
-) -> tuple[Floats, Floats, NDArray[np.bytes_], str | None]:
-    """Numbers, states and events of all rows, and why equilibrium was lost beyond the last one, if it was."""
+) -> tuple[Floats, Floats, NDArray[np.bytes_], str | None, str]:
+    """Numbers, states and events of all rows, why equilibrium was lost beyond them, if it was, and the
+    warning of a path whose work and energies differ.
+    """
     nstatv = contract.n_statev(*contract.check(props), contract.yields(props))
     if start is None:
         start = np.zeros(nstatv)
@@ -108,7 +116,8 @@ def _run(
         _core.asperity_end(run)
     if early == UNFORKED:
         raise ValueError(calls.text_of(message))
-    return *rows, calls.text_of(message) if early else None
+    text = calls.text_of(message)
+    return *rows, text if early else None, "" if early else text
 
 
 def _take(steps: Sequence[Step], cases: int) -> None:

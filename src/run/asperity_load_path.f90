@@ -12,7 +12,11 @@ module asperity_load_path
   use asperity_tolerances, only: endless, farthest, largest_arc, most_branch_steps, most_updates, smallest_part
   implicit none
   private
-  public :: start_run, next_row, begin_row, end_row, set_point, name_events, explain_end
+  public :: start_run, next_row, begin_row, end_row, set_point, name_events, explain_account, explain_end
+
+  !> Difference of work and energies, over the largest of them, above which a path has a warning. It is of second order
+  !> in the increment, and less than 0.001 in the figures of the paper.
+  real(wp), parameter :: least_difference = 0.02_wp
 
   !> A row: the point at the end of an increment, without its state.
   type, public :: row_head
@@ -62,6 +66,10 @@ module asperity_load_path
     integer, private :: fork = 0                     !! side to which the step has still to leave its branch, 0: none
     integer, private :: forks = 0                    !! in the step so far
     logical, private :: unforked = .false.           !! a step has not left its branch, which ends the path
+    real(wp), private :: surplus = 0.0_wp            !! work less energies at the start of the path, stress*length
+    real(wp), private :: difference = 0.0_wp         !! largest change of work less energies so far, stress*length
+    real(wp), private :: energy = 0.0_wp             !! largest change of work or energies so far, stress*length
+    real(wp), private :: first_energies = 0.0_wp     !! energies at the start of the path, stress*length
     type(row_type), allocatable :: rows(:)           !! if they have been computed before, as those of a refined path
     integer, private :: given_rows = 0               !! of them
     logical, allocatable, private :: regime(:, :)    !! for the events
@@ -88,6 +96,8 @@ contains
     call law%find_events(start%s, start%state, start%state, run%regime, ignored)
     run%given = run%point%s
     run%p_to = p
+    run%first_energies = sum(law%accounts(start%state))
+    run%surplus = start%work - run%first_energies
   end subroutine start_run
 
   !> Take the next increment. After a row that is lost there is none, nor after a step that has not left its branch.
@@ -164,7 +174,18 @@ contains
     run%unforked = .not. (row%lost .or. run%fork == 0 .or. run%fraction < 1.0_wp) .and. &
       run%target == size(run%steps(run%step)%increments)
     call name_events(run%law, run%before%state, run%point%state, run%regime, row)
+    if (.not. row%lost) call add_to_account(run)
   end subroutine end_row
+
+  !> Compare the work of the path so far with its energies.
+  pure subroutine add_to_account(run)
+    type(run_type), intent(inout) :: run   !! the run, at the end of an increment
+    real(wp) :: energies
+    energies = sum(run%law%accounts(run%point%state))
+    run%difference = max(run%difference, abs(run%point%work - energies - run%surplus))
+    run%energy = max(run%energy, abs(energies - run%first_energies), &
+      abs(run%point%work - run%surplus - run%first_energies))
+  end subroutine add_to_account
 
   !> Set the point of a row.
   pure subroutine set_point(row, point, p)
@@ -240,6 +261,20 @@ contains
     call name_event(row%events, "cut", row%report%cut)
     call name_event(row%events, "lost", row%lost)
   end subroutine name_events
+
+  !> Append that the work of a path differs from its energies, nothing if it does not, or if the path has been refined.
+  pure subroutine explain_account(run, message)
+    type(run_type), intent(in) :: run                         !! the run, at its end
+    character(len=:), allocatable, intent(inout) :: message   !! a line is appended
+    if (allocated(run%rows)) return
+    associate (most => max(run%energy, run%law%stress*run%law%s_0))
+      if (.not. run%difference > least_difference*most) return
+      call append(message, "work and energies (stored, rupture, friction, crushing) differ by up to " // &
+        short(run%difference) // ", " // integer_text(nint(100.0_wp*run%difference/most)) // &
+        " % of the largest: expected " // integer_text(nint(100.0_wp*least_difference)) // &
+        " % at most, try smaller increments")
+    end associate
+  end subroutine explain_account
 
   !> Append why a path has ended before its end, nothing if it has not: a loss of equilibrium, or a fork that was asked
   !> for and not taken.

@@ -14,7 +14,7 @@ module asperity_run_c
   use asperity_interface, only: interface_type, new_interface
   use asperity_json, only: case_json, errors_json, tables_json
   use asperity_kinds, only: wp
-  use asperity_load_path, only: explain_end, next_row, row_type, run_type
+  use asperity_load_path, only: explain_account, explain_end, next_row, row_type, run_type
   use asperity_point_law, only: event_length, point_type
   use asperity_refine, only: refine_path
   use asperity_rie_law, only: new_rie_law, rie_law
@@ -306,7 +306,8 @@ contains
     value = values(i)
   end function asperity_value
 
-  !> Whether equilibrium is lost beyond the last row (1), or a step has not left its branch at a fork (2), and why.
+  !> Whether equilibrium is lost beyond the last row (1), or a step has not left its branch at a fork (2), and why. If not
+  !> (0), the message is empty, or says that work and energies of the rows differ.
   function asperity_lost(run, message, size) bind(C) result(lost)
     type(c_ptr), value :: run               !! of asperity_begin
     type(c_ptr), value :: message           !! char[size], may be NULL
@@ -321,6 +322,7 @@ contains
       text = ""
       call explain_end(handle%run, handle%row, text)
       lost = merge(merge(1_c_int, 2_c_int, handle%row%lost), 0_c_int, len(text) > 0)
+      if (lost == 0) call explain_account(handle%run, text)
     end if
     call put_text(text, message, size)
   end function asperity_lost
