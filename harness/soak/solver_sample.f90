@@ -58,7 +58,7 @@ module solver_sample
   !> solved, and of the path; updates of the law.
   integer, parameter, public :: n_counts = 15, completed = 1, none_found = 2, stopped = 3, unexplained = 4, &
     limited = 5, stuck = 6, away = 7, wrong = 8, unreported = 9, unbalanced = 10, snaps = 11, increments = 12, &
-    all_increments = 13, updates = 14, near = 15
+    all_increments = 13, updates = 14, near_equilibria = 15
 
   !> Result of a sample.
   type, public :: outcome_type
@@ -334,7 +334,7 @@ contains
     values = ramp(start, target, reached + max(2.0_wp*smallest_fraction, beyond*(1.0_wp - reached)))
     call examine_loss(sample%law, control, values, point, kind, place, nearby, &
       wide=.not. sample%across)
-    outcome%counts(near) = merge(1, 0, nearby)
+    outcome%counts(near_equilibria) = merge(1, 0, nearby)
     outcome%counts([none_found, stopped, unexplained]) = merge(1, 0, kind == [loss_none_found, loss_discontinuous, &
       loss_elsewhere])
     outcome%counts(stuck) = outcome%counts(limited)*outcome%counts(unexplained)

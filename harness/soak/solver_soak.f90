@@ -8,8 +8,8 @@ program solver_soak
   use progress_line, only: start_progress, clear_progress, progress_type, show_progress
   use soak_options, only: options_type, read_options
   use solver_sample, only: all_increments, away, completed, describe, draw_sample, increments, limited, &
-    n_counts, near, none_found, outcome_type, run_sample, sample_type, snaps, stopped, stuck, unbalanced, unexplained, &
-    unreported, updates, wrong
+    n_counts, near_equilibria, none_found, outcome_type, run_sample, sample_type, snaps, stopped, stuck, &
+    unbalanced, unexplained, unreported, updates, wrong
   implicit none
 
   !> Largest number of printed samples beside those that fail.
@@ -73,7 +73,7 @@ contains
     write (output_unit, "(4x, 7(a, i0))") "(per cent of the samples, of the increments); rows that are no " // &
       "equilibrium ", total(wrong), ", losses not explained ", total(unexplained), ", limit of updates reached ", &
       total(limited), " (there is an equilibrium: ", total(stuck), "), losses with a stable equilibrium within s_f ", &
-      total(near), ", viscous ones opened without bound ", &
+      total(near_equilibria), ", viscous ones opened without bound ", &
       total(away), ", stopped where the law is discontinuous ", total(stopped)
     write (output_unit, "(4x, 2(a, i0))") "rows that jump without a report ", total(unreported), &
       ", whose energies do not balance ", total(unbalanced)

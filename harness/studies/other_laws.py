@@ -72,6 +72,24 @@ def slips_behind_spring(slips: Floats, strength: Callable[[float], float], stiff
     return np.array(joint_slips)
 
 
+def behind_spring(
+    end: float,
+    rows: int,
+    state: Callable[[float], tuple[float, float]],
+    stiffness: float,
+    pressure: float,
+    k_N: float = 0.0,
+) -> Test:
+    """Test of a joint behind a spring up to a slip, in equal steps.
+
+    state: strength and dilation of the joint alone, at its slip.
+    """
+    slips = np.linspace(end / rows, end, rows)
+    slips_of_joint = slips_behind_spring(slips, lambda u: state(u)[0], stiffness)
+    tau = [state(u)[0] if u > 0.0 else stiffness * s for u, s in zip(slips_of_joint, slips, strict=True)]
+    return Test(slips, np.array(tau), np.array([state(u)[1] for u in slips_of_joint]), pressure, k_N)
+
+
 def mohr_coulomb(rng: np.random.Generator, count: int = 0, length: int = 0) -> Drawn:
     """Friction on a slope that decays with the slip, behind a spring; CNL or CNS.
 
@@ -88,15 +106,7 @@ def mohr_coulomb(rng: np.random.Generator, count: int = 0, length: int = 0) -> D
 
     def test(pressure: float, rows: int) -> Test:
         end = 4.0 * height / slope
-        slips = np.linspace(end / rows, end, rows)
-        slips_of_joint = slips_behind_spring(slips, lambda u: state(u, pressure)[0], stiffness)
-        tau = np.array(
-            [
-                state(u, pressure)[0] if u > 0.0 else stiffness * s
-                for u, s in zip(slips_of_joint, slips, strict=True)
-            ]
-        )
-        return Test(slips, tau, np.array([state(u, pressure)[1] for u in slips_of_joint]), pressure, k_N)
+        return behind_spring(end, rows, lambda u: state(u, pressure), stiffness, pressure, k_N)
 
     pressures = sorted(rng.uniform(0.4, 2.5, count or int(rng.integers(1, 5))).tolist())
     for pressure in pressures:
@@ -157,12 +167,7 @@ def specimens(rng: np.random.Generator, least: int = 3, most: int = 6) -> Drawn:
             return pressure * (mu + now) / (1.0 - mu * now), height * (1.0 - rest)
 
         end = 4.0 * height / slope
-        slips = np.linspace(end / rows, end, rows)
-        slips_of_joint = slips_behind_spring(slips, lambda u: state(u)[0], stiffness)
-        tau = np.array(
-            [state(u)[0] if u > 0.0 else stiffness * s for u, s in zip(slips_of_joint, slips, strict=True)]
-        )
-        return Test(slips, tau, np.array([state(u)[1] for u in slips_of_joint]), pressure)
+        return behind_spring(end, rows, state, stiffness, pressure)
 
     pressures = sorted(rng.uniform(0.4, 3.0, int(rng.integers(least, most + 1))).tolist())
     for pressure in pressures:
@@ -203,15 +208,7 @@ def ended(rng: np.random.Generator, profile: Callable[[float], tuple[float, floa
 
     def test(pressure: float, rows: int) -> Test:
         end = length * rng.uniform(1.5, 4.0)
-        slips = np.linspace(end / rows, end, rows)
-        slips_of_joint = slips_behind_spring(slips, lambda u: state(u, pressure)[0], stiffness)
-        tau = np.array(
-            [
-                state(u, pressure)[0] if u > 0.0 else stiffness * s
-                for u, s in zip(slips_of_joint, slips, strict=True)
-            ]
-        )
-        return Test(slips, tau, np.array([state(u, pressure)[1] for u in slips_of_joint]), pressure)
+        return behind_spring(end, rows, lambda u: state(u, pressure), stiffness, pressure)
 
     pressures = sorted(rng.uniform(0.1, 2.5, int(rng.integers(1, 5))).tolist())
     for pressure in pressures:

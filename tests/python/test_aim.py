@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -74,6 +75,27 @@ def by_c(joint: Interface, call: Call, aimed: bool = True, library: ctypes.CDLL 
     return out.stress.T, out.state.T, out.tangent.transpose(2, 1, 0)
 
 
+def columns_off(
+    law: Callable[[np.ndarray], np.ndarray],
+    s: np.ndarray,
+    tangent: np.ndarray,
+    step: float,
+    bound: np.ndarray | float,
+) -> int:
+    """Assert that tangents are symmetric and not negative; number of columns that are not derivatives.
+
+    law: tractions (n, 3) of separations; bound: largest difference from central differences of that step.
+    """
+    assert np.array_equal(tangent, tangent.transpose(0, 2, 1))
+    values = np.linalg.eigvalsh(tangent)
+    assert (values[:, 0] >= -1e-14 * values[:, 2]).all(), values.min()
+    off = 0
+    for i, axis in enumerate(np.eye(3)):
+        slope = (law(s + step * axis) - law(s - step * axis)) / (2.0 * step)
+        off += int((np.abs(slope - tangent[:, :, i]) > bound).any(axis=1).sum())
+    return off
+
+
 @pytest.mark.parametrize("option", OPTIONS)
 def test_reference(option: str) -> None:
     """The traction is the gradient of a convex energy, the tangent its derivative; the state is that of s."""
@@ -90,15 +112,9 @@ def test_reference(option: str) -> None:
             rounding = (1e-9 if parameters.crush else 1e-11) * sizes(joint, call, theirs)
             assert_within("traction", traction, theirs, rounding[:, None])
             assert np.array_equal(new, by_c(joint, call, aimed=False)[1])
-            assert np.array_equal(tangent, tangent.transpose(0, 2, 1))
-            values = np.linalg.eigvalsh(tangent)
-            assert (values[:, 0] >= -1e-14 * values[:, 2]).all(), values.min()
-            step = 1e-6 * joint.material.s_0
-            for i, axis in enumerate(np.eye(3)):
-                slope = (law(s + step * axis) - law(s - step * axis)) / (2.0 * step)
-                stiff = 1e-5 * (np.abs(tangent).max(axis=(1, 2)) + joint.material.K)
-                off += int((np.abs(slope - tangent[:, :, i]) > stiff[:, None]).any(axis=1).sum())
-                tried += len(s)
+            stiff = np.abs(tangent).max(axis=(1, 2)) + joint.material.K
+            off += columns_off(law, s, tangent, 1e-6 * joint.material.s_0, 1e-5 * stiff[:, None])
+            tried += 3 * len(s)
     # a kink within the step: contact, onset of slip, trial slip of almost zero, end of the hyperbola
     assert off <= 0.005 * tried, (off, tried)
 
@@ -139,28 +155,26 @@ def test_compressive_strength(sides: int, flat: float) -> None:
     pattern, crushed, off, tried = Pattern.regular(sides, 30.0, flat, 20.0), 0, 0, 0
     joint = Interface(Material(**constants("paper"), **strength), pattern)
     free = Interface(Material(**constants("paper")), pattern)
-    for s, aim, state, s_old, dt in calls(joint, SEED + 5):
-        traction, _, tangent = by_c(joint, (s, aim, state, s_old, dt))
+    for call in calls(joint, SEED + 5):
+        s, aim, state, s_old, dt = call
+        traction, _, tangent = by_c(joint, call)
         at_aim, new, _ = by_c(joint, (aim, aim, state, s_old, dt), aimed=False)
         before, after = (rows[:, -2:-1] * [1.0, 0.0, 0.0] for rows in (state, new))
         seen = s + before, aim + after, state[:, :-2], s_old + before, dt
         without, _, elastic = by_c(free, seen)
         bound = cap.Cap(**strength).strength(new[:, -2]) ** 2 - strength["Css"] * (at_aim[:, 1:] ** 2).sum(1)
         bound = np.sqrt(np.maximum(bound, 0.0))
-        size = strength["fc"] + sizes(joint, (s, aim, state, s_old, dt), without)
+        size = strength["fc"] + sizes(joint, call, without)
         over, clear = -without[:, 0] > bound, np.abs(without[:, 0] + bound) > 1e-9 * size
         assert_within("pressure", traction[over, 0], -bound[over], 1e-11 * size[over])
         assert_within("traction", traction[~over], without[~over], 1e-11 * size[~over, None])
         assert_within("tangent", tangent[~over & clear], elastic[~over & clear], 1e-9 * joint.material.K)
-        assert np.array_equal(tangent, tangent.transpose(0, 2, 1))
-        values = np.linalg.eigvalsh(tangent)
-        assert (values[:, 0] >= -1e-14 * values[:, 2]).all(), values.min()
-        step = 1e-6 * joint.material.s_0
-        for i, axis in enumerate(np.eye(3)):
-            ends = (by_c(joint, (s + x * axis, aim, state, s_old, dt))[0] for x in (step, -step))
-            slope = np.subtract(*ends) / (2.0 * step)
-            off += int((np.abs(slope - tangent[:, :, i]) > 1e-5 * joint.material.K).any(axis=1).sum())
-            tried += len(s)
+
+        def law(s: np.ndarray, call: Call = call) -> np.ndarray:
+            return by_c(joint, (s, *call[1:]))[0]
+
+        off += columns_off(law, s, tangent, 1e-6 * joint.material.s_0, 1e-5 * joint.material.K)
+        tried += 3 * len(s)
         crushed += int(over.sum())
     assert crushed > 10 * INCREMENTS and off <= 0.01 * tried, (crushed, off, tried)
 

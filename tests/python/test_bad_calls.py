@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import re
+from enum import IntEnum
+from pathlib import Path
+
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
@@ -24,7 +28,10 @@ def virgin(routine: Routine, kind: type, components: int, points: int = 3, W0: f
     return Call(props, strain, increment, stress, state, times, energies, density, 5, {})
 
 
-BAD_PROPS, FEW_PROPS, FEW_STATEV, BAD_NTENS, BAD_SEPARATION, BAD_STATE, BAD_SIZE, BAD_TIME = range(1, 9)
+HEADER = Path(__file__).parents[2] / "src" / "asperity.h"
+
+CODES = re.findall(r"ASPERITY_(\w+) = (\d+)", HEADER.read_text(encoding="utf-8"))
+Status = IntEnum("Status", [(name, int(code)) for name, code in CODES])
 """Status codes of asperity.h."""
 
 
@@ -64,14 +71,14 @@ def test_bad_props(routine: Routine, kind: type) -> None:
         for value in bad:
             call = virgin(routine, kind, 3)
             call.props[row.index - 1] = value
-            rejected(call, routine, BAD_PROPS, f"PROPS({row.index}) {row.name} = ")
+            rejected(call, routine, Status.BAD_PROPS, f"PROPS({row.index}) {row.name} = ")
     for n in range(4):
         call = virgin(routine, kind, 3)
         call.props = call.props[:n].copy()
-        rejected(call, routine, FEW_PROPS, f"{n}: expected at least 4")
+        rejected(call, routine, Status.FEW_PROPS, f"{n}: expected at least 4")
     call = virgin(routine, kind, 3)
     call.props = np.array([-1.0], dtype=kind)
-    rejected(call, routine, BAD_PROPS, "sigma0 = -1")
+    rejected(call, routine, Status.BAD_PROPS, "sigma0 = -1")
 
 
 @ADAPTERS
@@ -80,15 +87,17 @@ def test_bad_sizes(routine: Routine, kind: type) -> None:
     for n in (0, 22):
         call = virgin(routine, kind, 3)
         call.state = np.zeros((len(call.state), n))
-        rejected(call, routine, FEW_STATEV, f"{n}: expected at least 23")
+        rejected(call, routine, Status.FEW_STATEV, f"{n}: expected at least 23")
     if routine is call_umat:
         for n in (1, 4, 5, 7):
-            rejected(virgin(routine, kind, n), routine, BAD_NTENS, f"NTENS = {n}: expected 2, 3 or 6")
+            rejected(virgin(routine, kind, n), routine, Status.BAD_NTENS, f"NTENS = {n}: expected 2, 3 or 6")
     elif routine is call_vumat:
         for ndir, nshr in ((3, 3), (3, 1), (2, 1), (1, 0), (1, 3), (0, 2)):
             call = virgin(routine, kind, ndir + nshr)
             call.optional = {"ndir": ndir}
-            rejected(call, routine, BAD_NTENS, f"ndir, nshr = {ndir}, {nshr}: expected 1, 2 or (2D) 1, 1")
+            rejected(
+                call, routine, Status.BAD_NTENS, f"ndir, nshr = {ndir}, {nshr}: expected 1, 2 or (2D) 1, 1"
+            )
     call = virgin(routine, kind, 3)
     call.state = np.zeros((len(call.state), 24))
     call.state[:, 23] = 0.25
@@ -106,10 +115,12 @@ def test_bad_strains(routine: Routine, kind: type) -> None:
                 for i in range(n):
                     call = virgin(routine, kind, n, 100)
                     call.increment[point, i] = value
-                    rejected(call, routine, BAD_SEPARATION, "expected a finite number of magnitude up to ")
+                    rejected(
+                        call, routine, Status.BAD_SEPARATION, "expected a finite number of magnitude up to "
+                    )
                     if routine is call_umat:
                         call.increment, call.strain = call.strain, call.increment
-                        rejected(call, routine, BAD_SEPARATION, f"STRAN({i + 1}) = ")
+                        rejected(call, routine, Status.BAD_SEPARATION, f"STRAN({i + 1}) = ")
 
 
 @ADAPTERS
@@ -120,7 +131,7 @@ def test_bad_states(routine: Routine, kind: type) -> None:
         for value in bad:
             call = virgin(routine, kind, 3, 70, W0=0.2)
             call.state[points[i % len(points)], i] = value
-            rejected(call, routine, BAD_STATE, f"STATEV({i + 1}) ")
+            rejected(call, routine, Status.BAD_STATE, f"STATEV({i + 1}) ")
     for i in range(23):
         damage = i >= N_POINT_STATEV and (i - N_POINT_STATEV) % N_PLANE_STATEV == 0
         bad = (-1.0e-3, 1.001, float(np.nextafter(kind(0.0), kind(-1.0)))) if damage else ()
@@ -129,7 +140,7 @@ def test_bad_states(routine: Routine, kind: type) -> None:
         for value in (np.nan, SIGNALLING, np.inf, *bad):
             call = virgin(routine, kind, 3, 70)
             call.state[points[i % len(points)], i] = value
-            rejected(call, routine, BAD_STATE, f"STATEV({i + 1}) ", ": expected a finite number")
+            rejected(call, routine, Status.BAD_STATE, f"STATEV({i + 1}) ", ": expected a finite number")
 
 
 @ADAPTERS
@@ -143,10 +154,10 @@ def test_bad_times(routine: Routine, kind: type) -> None:
         assert np.isfinite(result.stress).all() and result.stress.tobytes() == expected.stress.tobytes()
         assert result.state.tobytes() == expected.state.tobytes()
         call.props[12], call.times = 0.5, (1.0, value)
-        rejected(call, routine, BAD_TIME, "expected a finite time increment", probe=False)
+        rejected(call, routine, Status.BAD_TIME, "expected a finite time increment", probe=False)
     if routine is call_umat:
         call.optional["dtime"] = None
-        rejected(call, routine, BAD_TIME, "DTIME is missing: expected a finite time increment")
+        rejected(call, routine, Status.BAD_TIME, "DTIME is missing: expected a finite time increment")
 
 
 @ADAPTERS
@@ -154,9 +165,9 @@ def test_negative_sizes(routine: Routine, kind: type) -> None:
     """A negative size is named as it was passed; an array of that size is empty."""
     state = {call_umat: "NSTATV", call_vumat: "nstatev", call_c: "NSTATV"}[routine]
     for name, size, text, status in (
-        ("nprops", -2, "NPROPS = -2: expected at least 4", FEW_PROPS),
-        ("nstatv", -5, f"{state} = -5: expected at least 23", FEW_STATEV),
-        ("n", -7, "n = -7" if routine is call_c else " = -7 points: expected 0 or more", BAD_SIZE),
+        ("nprops", -2, "NPROPS = -2: expected at least 4", Status.FEW_PROPS),
+        ("nstatv", -5, f"{state} = -5: expected at least 23", Status.FEW_STATEV),
+        ("n", -7, "n = -7" if routine is call_c else " = -7 points: expected 0 or more", Status.BAD_SIZE),
     ):
         if (routine, name) != (call_umat, "n"):
             call = virgin(routine, kind, 3)
@@ -173,14 +184,14 @@ def test_every_bad_value_is_named(routine: Routine) -> None:
     call = virgin(routine, float, 3, 70)
     call.increment[-1, 1:] = np.nan, -np.inf
     name = "DSTRAN" if routine is call_umat else "point 70 of the block: strainInc"
-    rejected(call, routine, BAD_SEPARATION, f"{name}(2) = NaN: expected a finite number", "(3) = -Inf")
+    rejected(call, routine, Status.BAD_SEPARATION, f"{name}(2) = NaN: expected a finite number", "(3) = -Inf")
     with errors() as said:
         routine(np.random.default_rng(1), call)
         words = said()
         assert "(1)" not in words and "NTENS" not in words
     call = virgin(routine, float, 3)
     call.props[12:14] = -0.5, 1.25
-    rejected(call, routine, BAD_PROPS, "PROPS(13) tau_v = -0.5", "PROPS(14) dalpha = 1.25")
+    rejected(call, routine, Status.BAD_PROPS, "PROPS(13) tau_v = -0.5", "PROPS(14) dalpha = 1.25")
 
 
 def test_negative_separations_are_not_named() -> None:
@@ -204,8 +215,8 @@ def test_range_of_single_precision(values: dict[int, float]) -> None:
     call = virgin(call_vumat, np.float32, 3)
     for index, value in values.items():
         call.props[index - 1] = value
-    rejected(call, call_vumat, BAD_PROPS, "expected other units")
+    rejected(call, call_vumat, Status.BAD_PROPS, "expected other units")
     for array in ("increment", "state"):
         call = virgin(call_vumat, np.float32, 3)
         getattr(call, array)[2, 0 if array == "increment" else 5] = 1.0e20
-        rejected(call, call_vumat, BAD_SEPARATION, "expected a finite number of magnitude up to ")
+        rejected(call, call_vumat, Status.BAD_SEPARATION, "expected a finite number of magnitude up to ")

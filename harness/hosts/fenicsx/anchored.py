@@ -19,17 +19,20 @@ from asperity.contract import Floats
 from asperity.fenicsx import COMM, Conditions, Follow, Model, State, largest, solve, total
 from asperity.mesh import split
 
+from harness.hosts.fenicsx.anchored_constants import (
+    COVER,
+    DIAMETER,
+    E_CONCRETE,
+    E_STEEL,
+    EMBEDDED,
+    NU,
+    SOFT_BOND,
+    TENSION,
+)
 from harness.hosts.structured import grid_cells
 
-DIAMETER, COVER, LENGTH = 19.05, 76.2, 95.25
-"""Bar, cylinder of concrete round it, embedded length."""
-
-E_STEEL, E_CONCRETE, NU = 2e5, 3e4, 0.2
-TENSION, FRACTURE, STIFF = 3.0, 0.1, 4500.0
-"""Tensile strength, fracture energy and stiffness of the crack along which the cover may split."""
-
-SOFT_BOND = 100.0
-"""Stiffness of the linear bond."""
+FRACTURE, STIFF = 0.1, 4500.0
+"""Fracture energy and stiffness of the crack along which the cover may split, whose strength is TENSION."""
 
 JACKET, SOFT = 0.5, 1.0
 """Thickness and modulus of the shell through which a constant pressure acts, instead of the cover."""
@@ -81,7 +84,7 @@ def section(g: Grid, outer: float) -> tuple[Floats, np.ndarray, np.ndarray]:
 def mesh_of(g: Grid, outer: float, cracked: bool) -> meshio.Mesh:
     """Solids of bar and cover."""
     flat, quads, block = section(g, outer)
-    z = np.linspace(0.0, LENGTH, g.along + 1)
+    z = np.linspace(0.0, EMBEDDED, g.along + 1)
     points = np.column_stack([np.tile(flat, (len(z), 1)), np.repeat(z, len(flat))])
     first = len(flat) * np.arange(g.along)[:, None, None]
     cells = np.concatenate([quads + first, quads + first + len(flat)], axis=2).reshape(-1, 8)
@@ -143,7 +146,7 @@ class Pull:
         young = {"bar": E_STEEL} | dict.fromkeys(covers, SOFT if pressure else E_CONCRETE)
         self.model = m = Model(jointed, laws, young, NU)
         bar, cover = (m.solid(*blocks)[::3] > 0.0 for blocks in (["bar"], covers))
-        end = m.x[:, 2] > LENGTH * (1.0 - 1e-9)
+        end = m.x[:, 2] > EMBEDDED * (1.0 - 1e-9)
         loaded, held = m.dofs(bar & end, 2), m.dofs(cover & (end | rigid | (pressure > 0.0)), 2)
         mirror = [m.dofs(m.x[:, k] < 1e-9 * DIAMETER, k) for k in (0, 1)]
         self.fixed, self.loaded = np.concatenate([*mirror, held, loaded]), loaded
@@ -154,7 +157,7 @@ class Pull:
         self.follow = Follow(
             m, start, lambda u: Conditions(self.fixed, u * self.moved, self.load), 2e-3, 2e-2
         )
-        self.z = np.linspace(0.0, LENGTH, grid.along + 1)
+        self.z = np.linspace(0.0, EMBEDDED, grid.along + 1)
 
     def _squeezed(self, pressure: float, around: int, along: int) -> Floats:
         """Forces on the outside of the jacket that give a pressure on a bar which does not move."""
@@ -165,10 +168,10 @@ class Pull:
             r = np.hypot(m.x[:, 0], m.x[:, 1])
             at = np.flatnonzero(r > 0.5 * (DIAMETER + JACKET))
             x = m.x[at]
-            share = 0.25 * np.pi * self.outer * LENGTH / (around * along) * np.ones(len(at))
+            share = 0.25 * np.pi * self.outer * EMBEDDED / (around * along) * np.ones(len(at))
             share *= np.cos(0.25 * np.pi / around)  # of a polygon
             share[np.minimum(x[:, 0], x[:, 1]) < 1e-9] *= 0.5
-            share[(x[:, 2] < 1e-9) | (x[:, 2] > LENGTH * (1.0 - 1e-9))] *= 0.5
+            share[(x[:, 2] < 1e-9) | (x[:, 2] > EMBEDDED * (1.0 - 1e-9))] *= 0.5
             load[at, :2] = -outer_pressure * (share / r[at])[:, None] * x[:, :2]
         return load.ravel()
 

@@ -10,7 +10,6 @@ engine: central differences at 0.9 of the step of the elements or of the solids.
 
 from __future__ import annotations
 
-import argparse
 import warnings
 from collections.abc import Callable
 
@@ -22,6 +21,7 @@ from asperity.mesh import Jointed, split
 from asperity.mesh.shapes import Integers
 from asperity.mesh.writing import between
 
+from harness.hosts.fenicsx.words import words_of
 from harness.hosts.radioss.element import Elements
 from harness.hosts.structured import grid
 
@@ -132,9 +132,7 @@ def opened() -> list[float]:
 
 def main() -> None:
     """Print the numbers of the words, or of all."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("words", nargs="*")
-    words = parser.parse_args().words
+    words = words_of(__doc__)
     warnings.simplefilter("ignore")
     for name, numbers in {"block": slid, "cantilever": opened}.items():
         if not words or name in words:

@@ -8,7 +8,6 @@
 
 from __future__ import annotations
 
-import argparse
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
@@ -21,6 +20,7 @@ from asperity.fenicsx.tangent import Equations
 from asperity.mesh import split
 from petsc4py import PETSc
 
+from harness.hosts.fenicsx.words import words_of
 from harness.hosts.structured import grid
 
 G, DENSITY = 9.81, 0.0024
@@ -169,9 +169,7 @@ def climb(d: int, theta: float, dt: float = 5e-4, xi: float = 1.0, end: float = 
 
 def main() -> None:
     """Print the numbers of the words, or of all."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("words", nargs="*")
-    words = parser.parse_args().words
+    words = words_of(__doc__)
     warnings.simplefilter("ignore")
 
     def show(name: str, *numbers: float) -> None:

@@ -12,7 +12,7 @@ import pytest
 from on_ranks import RANKS, SEVERAL_RANKS, WITH_FENICSX, done_by
 
 from harness.studies.validation import dam
-from harness.studies.validation.wall_runs import PROGRAM, PYTHON, launch
+from harness.studies.validation.wall_runs import PROGRAM, launch
 
 pytestmark = WITH_FENICSX
 
@@ -25,8 +25,7 @@ def test_the_scripts_of_the_page(ranks: int, tmp_path: Path) -> None:
     names = "gravity_dam_mesh.py", "gravity_dam.py"
     for name in names:
         shutil.copy(PROGRAM.with_name(name), tmp_path)
-    command = [PYTHON.parent / "mpiexec", "-n", str(ranks), PYTHON, names[1]]
-    _, environment = launch("", "dam", ranks)
+    command, environment = launch("", Path(names[1]), ranks)
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     shown = re.search(r"^```text\n(.*?)^```$", PAGE, re.M | re.S)[1]

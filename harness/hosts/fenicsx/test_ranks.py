@@ -12,11 +12,11 @@ def test_numbers() -> None:
     """A number is finite and no bool, text, array or complex number; a whole one is no float."""
     results = of_all_ranks(
         """
-from asperity.fenicsx.ranks import real, whole
+from asperity.fenicsx.ranks import real, whole_number
 numbers = 1, 2.5, np.float64(-1.0), np.int32(3), 10**400, True, "1", None, np.nan, np.inf, 1j, np.ones(1)
 results["real"] = [real(number) for number in numbers]
 numbers = 2, 3, np.int64(2), 1, 2.0, np.float64(2), True, "2", None
-results["whole"] = [whole(number, 2) for number in numbers]
+results["whole"] = [whole_number(number, 2) for number in numbers]
 """,
         1,
     )

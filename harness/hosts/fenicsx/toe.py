@@ -11,7 +11,6 @@ A wall of 102 mm stands on a dry joint with a compressive strength fc, carries N
 
 from __future__ import annotations
 
-import argparse
 import warnings
 
 import numpy as np
@@ -20,20 +19,16 @@ from asperity.contract import Floats
 from asperity.fenicsx import COMM, Branch, Conditions, Follow, Model, State, Terms, solve, total
 from asperity.mesh import split
 
+from harness.hosts.fenicsx.toe_constants import CSS, MU, SOFTENING, YIELDING
+from harness.hosts.fenicsx.words import words_of
 from harness.hosts.structured import grid
 
 LENGTH, HEIGHT, THICKNESS = 1000.0, 2500.0, 102.0
-FC, MU, KN, E = 6.2, 0.42, 50.0, 1e5
+FC, KN, E = 6.2, 50.0, 1e5
 """Of calcium-silicate masonry; the wall is stiff beside its joint, as closed forms have it."""
 
 SHARES = 0.1, 0.2, 0.3
 """Of the vertical force over fc L t."""
-
-CSS = 9.0
-"""Of Lourenco (1996)."""
-
-YIELDING, SOFTENING = 1500.0, (30.0, 15.0)
-"""Energies of crushing, N/mm: of a toe that hardly softens, and of masonry."""
 
 SIZES = (1000.0, 2500.0), (500.0, 1250.0), (2000.0, 5000.0), (1000.0, 4000.0)
 """Lengths of walls, and heights at which they are pushed."""
@@ -167,11 +162,7 @@ def picture() -> None:
 def main() -> None:
     """Print the numbers of the words, or of all."""
     warnings.simplefilter("ignore")
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("words", nargs="*", help="yields, limits, moved, picture")
-    words = parser.parse_args().words or ["limits", "moved", "picture"]
+    words = words_of(__doc__, "yields, limits, moved, picture") or ["limits", "moved", "picture"]
     if "yields" in words:
         limits(SIZES[:1], ((0.0, YIELDING), (CSS, YIELDING)))
     if "limits" in words:

@@ -16,11 +16,13 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
+from harness.hosts.dam_section import BASE, CREST, HEIGHT, STIFFNESS, WATER
+from harness.hosts.dam_section import WEIGHT as CONCRETE
+
 from .common import DATA, Constants, Study, rows
 from .wall_runs import BUILD, PROGRAM, start
 
-BASE, CREST, HEIGHT, LEVEL = 5.0, 1.5, 10.0, 9.0
-CONCRETE, WATER, STIFFNESS, FRICTION = 2400.0 * 9.81, 1000.0 * 9.81, 1e12, 0.75
+LEVEL, FRICTION = 9.0, 0.75
 WEIGHT = CONCRETE * HEIGHT * (BASE + CREST) / 2.0
 CENTROID = (CREST**2 + HEIGHT * 0.0 + BASE * CREST + BASE**2) / (3.0 * (BASE + CREST))
 """Place of the weight from the heel: of a trapezium with a vertical side."""

@@ -18,6 +18,17 @@ from asperity.tools.tables import markdown
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
+from harness.hosts.fenicsx.anchored_constants import (
+    COVER,
+    DIAMETER,
+    E_CONCRETE,
+    E_STEEL,
+    EMBEDDED,
+    NU,
+    SOFT_BOND,
+    TENSION,
+)
+
 from ..concepts_draw import BLACK, BLUE, GREEN, ORANGE, panel
 from .common import DATA, Constants, Study, joint
 from .common import rows as rows_of
@@ -41,11 +52,6 @@ MODELS = "friction", "crush", "bond", "bond and crush"
 """Sets of constants; the last one is that of the anchored bar."""
 
 SLIP = 4.0
-DIAMETER, COVER, EMBEDDED, E_STEEL, E_CONCRETE, NU = 19.05, 76.2, 95.25, 2e5, 3e4, 0.2
-"""Bar and cylinder of concrete round it, diameters, and the embedded length, mm; MPa."""
-
-TENSION, LINEAR = 3.0, 100.0
-"""Tensile strength of the concrete, MPa; stiffness of a linear bond, MPa/mm."""
 
 
 def model(constants: Mapping[str, float]) -> Interface:
@@ -135,7 +141,7 @@ def tepfers() -> tuple[float, float]:
     return float(brittle.max()), TENSION * (outer - inner) / inner
 
 
-BETA = float(np.sqrt(4.0 * LINEAR / (DIAMETER * E_STEEL)))
+BETA = float(np.sqrt(4.0 * SOFT_BOND / (DIAMETER * E_STEEL)))
 """Inverse of the length over which a linear bond along a bar in rigid concrete fades, 1/mm."""
 
 

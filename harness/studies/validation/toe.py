@@ -15,11 +15,10 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq, linprog
 from scipy.sparse import hstack, identity, vstack
 
+from harness.hosts.fenicsx.toe_constants import CSS, MU, SOFTENING, YIELDING
+
 from .common import DATA, Constants, Study, rows
 from .wall_runs import printed_by
-
-CSS, MU, YIELDING, SOFTENING = 9.0, 0.42, 1500.0, (30.0, 15.0)
-"""Constants of toe.py: weight and friction of the shear, energies of crushing in N/mm."""
 
 SHOWN = 0.2
 """Share of fc L t of the wall of the picture, whose Css is 0."""

@@ -168,14 +168,18 @@ ARCH = re.compile(r"t/R ([\d.]+): ([\d.]+) g, limit analysis ([\d.]+) g, (\d+) u
 """Line of arch.py."""
 
 
-def launch(words: str, name: str, ranks: int, code: str = "") -> tuple[list[str | Path], dict[str, str]]:
+def launch(
+    words: str, name: str | Path, ranks: int, code: str = ""
+) -> tuple[list[str | Path], dict[str, str]]:
     """Command and environment of a program of this host, or a code, with options, one thread a rank.
 
+    A name that is a path is that of a script.
     A rank of MPICH that waits keeps its core, and answers at once.  Where ranks are more than the cores, they
     sleep while they wait, which takes them several times as long.
     """
     mpiexec = [PYTHON.parent / "mpiexec", "-n", str(ranks)] if ranks > 1 else []
-    program = ["-c", code] if code else ["-m", f"harness.hosts.fenicsx.{name}"]
+    script: list[str | Path] = [name] if isinstance(name, Path) else ["-m", f"harness.hosts.fenicsx.{name}"]
+    program = ["-c", code] if code else script
     command = [*mpiexec, PYTHON, *program, *shlex.split(words)]
     settings = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     if ranks > len(os.sched_getaffinity(0)):

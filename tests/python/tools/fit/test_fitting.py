@@ -26,21 +26,13 @@ from harness.studies import fits, other_laws
 pytestmark = [pytest.mark.usefixtures("folder"), pytest.mark.filterwarnings("ignore::asperity.ModelWarning")]
 
 
-def as_tests(drawn: other_laws.Drawn) -> list[ShearTest]:
-    """Drawn tests as those of a fit."""
-    return [
-        ShearTest(f"test {i}", test.slip, test.tau, test.dilation, -test.pressure, test.k_N)
-        for i, test in enumerate(drawn.tests, 1)
-    ]
-
-
 @cache
 def rock(seed: int, count: int = 2) -> tuple[list[ShearTest], dict[str, tuple[float, float]]]:
     """Tests of a joint of Mohr and Coulomb with constant pressure, and its constants."""
     for draw in range(100):
         drawn = other_laws.mohr_coulomb(np.random.default_rng([seed, draw]))
         if len(drawn.tests) == count and drawn.tests[0].k_N == 0.0:
-            return as_tests(drawn), drawn.truth
+            return fits.tests_of(drawn), drawn.truth
     raise AssertionError
 
 
@@ -75,7 +67,7 @@ def test_bond_of_another_law() -> None:
             break
     else:
         raise AssertionError
-    result = fit(as_tests(drawn))
+    result = fit(fits.tests_of(drawn))
     assert result.is_result and result.solution.model.bond
     for name in ("mu", "sigma0", "Gc"):
         estimate = result.estimates[name]
@@ -158,7 +150,7 @@ def test_nonsense_is_no_result(kind: int) -> None:
     else:
         raise AssertionError
     try:
-        result = fit(fits.read_back(as_tests(drawn)))
+        result = fit(fits.read_back(fits.tests_of(drawn)))
     except ValueError as error:
         assert "expected" in str(error)
     else:
