@@ -52,11 +52,14 @@ AT_ONCE, MOST = 500, 31
 BITS = 55
 """Halvings of the bracket of a closure, two more than a number has."""
 
+NEIGHBOURHOOD = 1e-3
+"""Half width of what a secant leaves of a bracket, over its width."""
 
-NEAR, SECANTS, NARROW = 1e-3, 8, 1e-14
-"""Half width of what a secant leaves of a bracket, over its width; number of secants; width of a bracket,
-over its closure, above which sections follow, as across a jump.
-"""
+SECANTS = 8
+"""Number of secants: six of them narrow a bracket 500^6 times, which is beyond NARROW."""
+
+NARROW = 1e-14
+"""Width of a bracket over its closure above which sections follow, as across a jump."""
 
 Excess = Callable[[Floats], Floats]
 """What the pressure of points exceeds its bound by at closures (m, n)."""
@@ -218,7 +221,7 @@ def _secants(excess: Excess, low: Floats, high: Floats) -> tuple[Floats, Floats]
     for _ in range(SECANTS):
         width = high - low
         root = low + width * below / np.where(below > above, below - above, 1.0)
-        grid = np.array([root - NEAR * width, 0.5 * (low + high), root + NEAR * width])
+        grid = np.array([root - NEIGHBOURHOOD * width, 0.5 * (low + high), root + NEIGHBOURHOOD * width])
         grid = np.sort(np.clip(grid, low, high), axis=0)
         low, high, *values = _between(excess, low, high, grid)
         below, above = (

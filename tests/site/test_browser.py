@@ -17,7 +17,7 @@ NARROW, WIDE = 360, 1280
 MOST_SECONDS = 30
 """A page that is not ready by then has failed; on an idle machine it takes a fraction of a second."""
 
-FOUND = """
+PAGE_SCRIPT = """
 const wide = [...document.querySelectorAll("article *")].filter(e => {
   if (e.getBoundingClientRect().right <= innerWidth + 1) return false;
   for (let p = e; p; p = p.parentElement) if (getComputedStyle(p).overflowX != "visible") return false;
@@ -55,7 +55,7 @@ def look(browser: webdriver.Chrome, url: str, dark: bool, width: int) -> dict[st
     WebDriverWait(browser, MOST_SECONDS, poll_frequency=0.02).until(
         lambda b: b.execute_script(themed, wanted)
     )
-    seen: dict[str, object] = browser.execute_script(FOUND)
+    seen: dict[str, object] = browser.execute_script(PAGE_SCRIPT)
     seen["console"] = [entry["message"] for entry in browser.get_log("browser")]
     return seen
 

@@ -36,8 +36,14 @@ from .stopped import Stopped
 from .tangent import equations_of
 from .water import Water
 
-FAST, GROWTH, LEAST = 6, 1.5, 1e-4
-"""A step grows after at most FAST iterations; least step over the first one, below which the branch ends."""
+FAST = 6
+"""Most iterations of a step after which the next one is longer: more say that the step is long enough."""
+
+GROWTH = 1.5
+"""Factor by which a step grows.  It is below the 2 that a failed attempt takes off again."""
+
+LEAST = 1e-4
+"""Least step over the first one, below which the branch ends: that is 14 halves of it."""
 
 SHIFT = 1e-12
 """Share of the stiffness of the solids that the tangent has more: it is singular where a block slides."""

@@ -56,11 +56,11 @@ class Followed:
     def change(self, wanted: Floats) -> Floats:
         """Change (p,) of the pressures of which `wanted` is left when the joints have followed it."""
 
-        def left(v: Floats) -> Floats:
+        def remainder(v: Floats) -> Floats:
             dx = self._solved(-self._pressed(v))
             return v if dx is None else v - self.followed(self.q.model.separations(dx))
 
-        return solved(left, wanted)
+        return solved(remainder, wanted)
 
     def _pressed(self, p: Floats) -> Floats:
         """Forces (n d,) of pressures (p,) on both sides of the joints, on the free components."""

@@ -23,7 +23,7 @@ from .measures import Measures, measure
 from .model import Model
 from .newton import SOFT, Task, newton, share
 from .passes import PASSES, Passed, by_passes
-from .ranks import agree, doubles, expect, largest, real, total, whole
+from .ranks import agree, doubles, expect, largest, real, total, whole_number
 from .response import Clock, LawError, respond
 from .state import State
 from .tangent import equations_of, words_of
@@ -138,8 +138,10 @@ def _check(model: Model, terms: Terms) -> tuple[Floats, Floats]:
         f"dt = {terms.dt}: expected above 0": real(terms.dt) and terms.dt > 0.0,
         f"damping = {terms.damping}: expected at least 0": real(terms.damping) and terms.damping >= 0.0,
         f"tolerance = {tolerance}: expected between 0 and 1": real(tolerance) and 0.0 < tolerance < 1.0,
-        f"passes = {terms.passes}: expected a whole number of at least 0": whole(terms.passes, 0),
-        f"iterations = {terms.iterations}: expected a whole number of at least 1": whole(terms.iterations, 1),
+        f"passes = {terms.passes}: expected a whole number of at least 0": whole_number(terms.passes, 0),
+        f"iterations = {terms.iterations}: expected a whole number of at least 1": whole_number(
+            terms.iterations, 1
+        ),
         f"search = {terms.search!r}: expected one of {', '.join(SEARCHES)}": terms.search in SEARCHES,
         f"at = {terms.at}: expected a finite number": terms.at is None or real(terms.at),
     }

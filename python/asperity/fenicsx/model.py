@@ -21,7 +21,7 @@ from ..mesh import Jointed
 from ..mesh.shapes import Integers
 from .bodies import Bodies
 from .distribution import BASIX, NAMES, Group, distributed, partition
-from .ranks import COMM, agree, doubles, largest, real, whole
+from .ranks import COMM, agree, doubles, largest, real, whole_number
 
 INT, ADD = PETSc.IntType, PETSc.InsertMode.ADD_VALUES
 
@@ -163,7 +163,7 @@ class Model:
     def dofs(self, nodes: Integers, *components: int) -> Integers:
         """Components of owned nodes, as indices or a mask of them."""
         nodes = np.asarray(nodes)
-        if bad := [k for k in components if not whole(k, 0) or k >= self.d]:
+        if bad := [k for k in components if not whole_number(k, 0) or k >= self.d]:
             raise ValueError(f"component {bad[0]}: expected 0 to {self.d - 1} in {self.d}D")
         if nodes.ndim != 1 or (len(nodes) and nodes.dtype.kind not in "biu"):
             text = f"nodes of the type {nodes.dtype} and the shape {nodes.shape}"

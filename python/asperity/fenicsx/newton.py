@@ -52,16 +52,42 @@ The forces on each loose body, in which the solids have no part, must be below t
 PATIENT_BELOW = 100.0
 """Residual over the largest one that counts as none below which no attempt is given up early."""
 
-HOPELESS = 10, 5, 0.9, 0.2
-"""From which iteration on an attempt ends whose last ones did not lower the residual.
+FIRST_JUDGED = 10
+"""Iteration from which on an attempt ends early whose last iterations did not lower the residual.
 
-How many last ones; share of the least residual before them, and of the one before them, that is no fall.
-In two walls up to their ends this ends none of 136 attempts that find an equilibrium, and saves a third of
-the iterations of those that do not.
+With this number and the three below, two walls up to their ends lose none of 136 attempts that find an
+equilibrium, and save a third of the iterations of those that do not.
 """
 
-ROOT, MOST_ROOT, BRACKET, BISECT = 1e-2, 25, 1e-12, 8
-"""The root of a search: its value over that at the start, most calls, least bracket, calls before halves."""
+WINDOW = 5
+"""Last iterations whose least residual is compared with those before them: a single one may rise."""
+
+FALL_OF_LEAST = 0.9
+"""Least residual of the window over the least one before it, up to which the residual has fallen."""
+
+FALL_OF_LAST = 0.2
+"""Least residual of the window over the one just before it, up to which the residual has fallen.
+
+An attempt whose residual has risen far and falls again has not yet come below its least one.
+"""
+
+ROOT = 1e-2
+"""Work of the residual along a step, over that at its start, that counts as none in a line search.
+
+The next iteration corrects what is left of it, and a better root costs further calls of the law.
+"""
+
+MOST_ROOT = 25
+"""Most calls of the law in which a line search looks for its root, or halves the step."""
+
+BRACKET = 1e-12
+"""Width of the bracket of a root, over the step, below which the search ends, as where the law jumps."""
+
+LAST_SECANT = 8
+"""Number, from 0 on, of the last call for which a line search takes a secant.
+
+The 16 calls after it halve the bracket, which they narrow also where secants stay on one side.
+"""
 
 
 @dataclass(frozen=True)
@@ -234,11 +260,10 @@ def newton(
 
 def hopeless(residuals: list[float], enough: float) -> bool:
     """Whether the residuals say that more iterations will not end at one that is small enough."""
-    first, last, least, before = HOPELESS
-    if len(residuals) <= first:
+    if len(residuals) <= FIRST_JUDGED:
         return False
-    now = min(residuals[-last:])
-    fallen = now <= least * min(residuals[:-last]) or now <= before * residuals[-last - 1]
+    now, before = min(residuals[-WINDOW:]), residuals[:-WINDOW]
+    fallen = now <= FALL_OF_LEAST * min(before) or now <= FALL_OF_LAST * before[-1]
     return not fallen and now > PATIENT_BELOW * enough
 
 
@@ -281,7 +306,7 @@ def _searched(
         if abs(f) <= ROOT * abs(start) or high - low < BRACKET:
             break
         a = (low * at_high - high * at_low) / (at_high - at_low)
-        if not low < a < high or k > BISECT:
+        if not low < a < high or k > LAST_SECANT:
             a = 0.5 * (low + high)
         new = at(s + a * ds)
         f = work(a, new)

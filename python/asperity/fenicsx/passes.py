@@ -26,11 +26,23 @@ from .response import Clock, respond
 from .state import State
 from .tangent import Equations
 
-PASSES, SAME_DAMAGE, SAME_FORCE = 8, 1e-3, 1e-4
-"""Most passes of a step, and errors below which no further pass is made."""
+PASSES = 8
+"""Most passes of a step: each costs an equilibrium, and in a snap the passes do not converge."""
 
-CLOSE_DAMAGE, CLOSE_FORCE, FINISH = 0.05, 0.003, 6
-"""Errors of a pass below which Newton's method goes on from its solution, with so many iterations."""
+SAME_DAMAGE = 1e-3
+"""Error of a damage, which lies between 0 and 1, below which no further pass is made."""
+
+SAME_FORCE = 1e-4
+"""Error of the forces, over those of the model, below which no further pass is made."""
+
+CLOSE_DAMAGE = 0.05
+"""Error of a damage below which Newton's method goes on from the solution of a pass."""
+
+CLOSE_FORCE = 0.003
+"""Error of the forces, over those of the model, below which Newton's method goes on from a pass."""
+
+FINISH = 6
+"""Most iterations of Newton's method from a pass that is close; where they fail, another pass follows."""
 
 
 @dataclass(frozen=True)

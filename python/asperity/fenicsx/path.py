@@ -41,7 +41,7 @@ from .equilibrium import Report, Terms, begun, solve
 from .ledger import SNAP, Ledger, ledger_after, ledger_of, work_of
 from .model import Model
 from .passes import PASSES
-from .ranks import agree, called, real, total, totals, whole
+from .ranks import agree, called, real, total, totals, whole_number
 from .state import State, read, write
 from .stopped import Stopped
 from .water import WATER, Water
@@ -132,7 +132,7 @@ class Follow:
         good = all(map(real, steps)) and 0.0 < least <= step <= most
         text = f"step = {step}, most = {most}, least = {least}"
         agree("" if good else f"{text}: expected 0 < least <= step <= most")
-        good = whole(passes, 0) and len(shares) == 3 and all(real(x) and 0.0 < x < 1.0 for x in shares)
+        good = whole_number(passes, 0) and len(shares) == 3 and all(real(x) and 0.0 < x < 1.0 for x in shares)
         text = f"passes = {passes}, limit = {limit}, errors = {errors}: expected a whole number of passes, "
         agree("" if good else f"{text}limit and 2 errors between 0 and 1")
         agree("always with passes = 0: expected at least 1" if always and not passes else "")

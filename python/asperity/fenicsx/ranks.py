@@ -78,7 +78,7 @@ def real(value: object) -> TypeGuard[float]:
         return False
 
 
-def whole(value: object, least: int) -> bool:
+def whole_number(value: object, least: int) -> bool:
     """Whether a value is a whole number, and at least so large."""
     return real(value) and not isinstance(value, float | np.floating) and int(value) >= least
 

@@ -21,11 +21,25 @@ from .joint import Joint
 if TYPE_CHECKING:
     from ..fit.shear_test import ShearTest
 
-STRESSES, KC, PRELOAD, STEP, SAME = 5, 100.0, 10, 0.03, 1.0e-4
-"""Normal stresses of an envelope, in equal ratios from the lowest to the highest; kn/ks; increments of the
-normal stress; step of the differences of logarithms: wide, because the peak of a curve in rows is not smooth;
-and change of the sum of squares, whose root is above 1e-3, and of the constants at which the least squares
-end.
+STRESSES = 5
+"""Normal stresses of an envelope, in equal ratios from the lowest to the highest.
+
+Of an odd number one is in the middle, whose slip at the peak and opening are met, too.
+"""
+
+KC = 100.0
+"""Ratio kn/ks of the law: the joint of Barton has no closure under the normal stress."""
+
+PRELOAD = 10
+"""Increments in which the normal stress is applied before the slip."""
+
+STEP = 0.03
+"""Step of the differences of logarithms: wide, because the peak of a curve in rows is not smooth."""
+
+SAME = 1.0e-4
+"""Relative change of the sum of squares, and of the constants, at which the least squares end.
+
+The root of the sum is above 1e-3, so that a finer change is not seen.
 """
 
 STEEPEST, WIDE = 2.5, 5.0
@@ -34,10 +48,14 @@ STEEPEST, WIDE = 2.5, 5.0
 LEAST = 1.0e-3
 """Smallest ratio of a number of the law to that of Barton of which the logarithm is taken."""
 
-ROWS, ROWS_OF_TEST, REACH = 200, 100, 10.0
-"""Rows of a curve of an envelope, half of them up to twice the slip at the peak, and of one that is fitted;
-the end of both, in slips at the peak.
-"""
+ROWS = 200
+"""Rows of a curve of an envelope, half of them up to twice the slip at the peak, where the curve bends."""
+
+ROWS_OF_TEST = 100
+"""Rows of a curve that is fitted, at equal distances."""
+
+REACH = 10.0
+"""End of both curves, in slips at the peak, where half of the roughness is mobilised in Barton's table."""
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from .closure_test import ClosureTest
 from .intervals import Estimate, delete_one, quantiles
 from .shear_test import independent_rows, refuse_copies
 from .thresholds import (
+    BOUND_DISTANCE,
     FACTOR,
     GAIN,
     GOOD,
@@ -24,7 +25,6 @@ from .thresholds import (
     LEAST_LOADING,
     MANY_CLOSURES,
     MISSED_BACK,
-    NEAR,
     NORMAL,
     PARTS_OF_CLOSURE,
     ROWS_OF_ONE,
@@ -220,7 +220,7 @@ def _judged(tests: Sequence[ClosureTest], free: tuple[str, ...], x: Floats, resi
     unloading = [_rms(test, values, test.unloading) if len(test.unloading) else 0.0 for test in tests]
     grade, worst = grade_of(max(errors.values())), max(errors, key=lambda name: errors[name])
     reasons = [f"the law misses the {worst} by {errors[worst]:.0%}"] if grade == "poor" else []
-    near = np.minimum(x - low, high - x) < NEAR * (high - low)
+    near = np.minimum(x - low, high - x) < BOUND_DISTANCE * (high - low)
     for i, name in enumerate(free):
         value, least, most = estimates[name]
         if most > FACTOR**2 * least or near[i]:

@@ -184,14 +184,14 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     free = options.free and tuple(name.strip() for name in options.free.split(",") if name.strip())
     tests, units, warned = read(options)
     kind = kind_of(tests)
-    given = {
+    changed_options = {
         "--free": free is not None,
         "--sides": options.sides != SIDES,
         "--direction": options.direction != 0.0,
         "--set": bool(known),
         "--joint": options.joint != AUTO,
     }
-    wrong = next((name for name in kind.refuses if given[name]), "")
+    wrong = next((name for name in kind.refuses if changed_options[name]), "")
     if wrong:
         raise ValueError(f"{wrong}: expected {ShearTest.WHAT}, not {tests[0].WHAT}")
     with shown_warnings() as of_fit, progress() as tick:

@@ -43,7 +43,7 @@ from .search import (
     with_crushing,
 )
 from .shear_test import ShearTest, check_copies, cycles, shows_dilation, under_pressure
-from .thresholds import GAIN, GOOD, NEAR, NO_WIDTH, STIFF, WEIGHTS
+from .thresholds import BOUND_DISTANCE, GAIN, GOOD, NO_WIDTH, STIFF, WEIGHTS
 from .verdict import (
     Comparison,
     Errors,
@@ -356,7 +356,7 @@ def _of_peaks(fitted: Sequence[Comparison], tests: Sequence[ShearTest]) -> Itera
 def _at_bounds(chosen: Solution) -> list[str]:
     """Constants at an end of their plausible range."""
     low, high = chosen.problem.ends if chosen.x.size else (chosen.x, chosen.x)
-    near = np.minimum(chosen.x - low, high - chosen.x) < NEAR * (high - low)
+    near = np.minimum(chosen.x - low, high - chosen.x) < BOUND_DISTANCE * (high - low)
     return [name for name, at_bound in zip(chosen.model.free, near, strict=True) if at_bound]
 
 

@@ -296,20 +296,20 @@ def assumed(
         own = forms[0] if forms else chosen
     if not forms:
         return
-    form, made = forms[0], []
+    form, alternatives = forms[0], []
     if alone:
         differs = law.problem.is_closed_form or "mu" in law.model.free or law.values.get("mu", 0.0) > 0.0
-        made = [(form, AT_ONCE)] if bond and form is not law and differs else []
-        made += [] if bond else [(with_starts(form), STARTS)]
+        alternatives = [(form, AT_ONCE)] if bond and form is not law and differs else []
+        alternatives += [] if bond else [(with_starts(form), STARTS)]
     for solution in forms[1:]:
         name = solution.model.shape
-        made += [(solution, name)] if solution is not chosen else [(law, SHAPE_OF_LAW)]
-        made += [(with_starts(solution), f"{name}, {STARTS}")] if alone and not bond else []
+        alternatives += [(solution, name)] if solution is not chosen else [(law, SHAPE_OF_LAW)]
+        alternatives += [(with_starts(solution), f"{name}, {STARTS}")] if alone and not bond else []
     # crush belongs to the profile, too, and a spring goes with the start of the slip
     parts = tuple(part for part in chosen.model.free if part not in ("crush", "W0", *SPRINGS))
-    values = criteria([own, *(solution for solution, _ in made)])
+    values = criteria([own, *(solution for solution, _ in alternatives)])
     apart: dict[str, Mapping[str, float]] = {}
-    for (solution, name), value in zip(made, values[1:], strict=True):
+    for (solution, name), value in zip(alternatives, values[1:], strict=True):
         # a shape that explains the tests better than the law excludes others, too
         allowed, shape = value < min(values) + GAIN, solution.model.shape
         # the closed form of a bond moves the constants, and has their width

@@ -11,10 +11,23 @@ from ...contract import Floats
 from .shear_test import ShearTest
 from .thresholds import RIGID_BOND
 
-MOST, SECANTS, CLOSE, LEAST, FREE, LOCKED = 40, 10, 1.0e-9, 1.0e-9, 1.0e-3, 1.0e3
-"""Steps to the share of a crushed asperity, the first of which are secants, and its error; least pressure
-over crush; least 1 - mu t at which a side slides; and strength over pressure where it is locked.
-"""
+MOST = 40
+"""Steps to the share of a crushed asperity: the 30 after the secants halve its bracket to 1e-9."""
+
+SECANTS = 10
+"""First steps to the share, which are secants; later ones are halves, as secants may stay on one side."""
+
+CLOSE = 1.0e-9
+"""Error of the share at which the steps end."""
+
+LEAST = 1.0e-9
+"""Least pressure over crush, at which ln(1 + x)/x is 1 and no division by 0."""
+
+FREE = 1.0e-3
+"""Least 1 - mu t at which a side slides: at 0 it locks, and its strength has no bound."""
+
+LOCKED = 1.0e3
+"""Strength over pressure of a locked side, that of a free one at 1 - mu t = FREE where mu + t is 1."""
 
 Profile = Callable[[Floats, float, float], tuple[Floats, Floats]]
 """Slope, as a share of the first one, and dilation at the slips of a joint of a first slope and a height."""

@@ -16,6 +16,7 @@ from .search import check_known, least
 from .strength import Strength
 from .thresholds import (
     AT_BOUND,
+    BOUND_DISTANCE,
     FACTOR,
     FITTED,
     FLOOR,
@@ -23,7 +24,6 @@ from .thresholds import (
     GOOD,
     LEAST_REPLICATES,
     LEAST_TESTS,
-    NEAR,
     NO_WIDTH,
     NORMAL,
     STEP,
@@ -449,7 +449,7 @@ def _undetermined(
     low, high = data.ends(free)
     for i, name in enumerate(free):
         estimate = estimates[name]
-        bound = min(x[i] - low[i], high[i] - x[i]) < NEAR * (high[i] - low[i])
+        bound = min(x[i] - low[i], high[i] - x[i]) < BOUND_DISTANCE * (high[i] - low[i])
         if estimate.high <= FACTOR**2 * estimate.low and not bound:
             continue
         text = f"{name} is not determined: {estimate.value:.3g} [{estimate.low:.3g}, {estimate.high:.3g}]"

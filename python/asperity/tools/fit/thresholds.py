@@ -26,8 +26,8 @@ FACTOR = 2.0
 drawn Gc of results and 5 W0 of cycles lie within it.
 """
 
-NEAR = 1.0e-3
-"""Distance from a bound of what is plausible, over its range, that lies at it."""
+BOUND_DISTANCE = 1.0e-3
+"""Distance from a bound of what is plausible, over its range, up to which a constant lies at the bound."""
 
 AT_BOUND = 1.01
 """Lower end of the interval of mu, over the least plausible one, up to which the strength does not grow."""
@@ -50,12 +50,16 @@ LEAST_ROWS, ROWS_OF_ONE = 10, 20
 both, one of 42 sets of nonsense is a result.
 """
 
-SLIDING, SHARE_SLIDING, SLIDING_ROWS = 0.05, 0.1, 3
-"""Slip beyond the spring, over the largest slip, of a row that slides; fraction and number of such rows.
-
-With 0 for the slip one of 42 sets of nonsense, an elastic line, is a result; without the number one row of
-ten below such a line is a strength.
+SLIDING = 0.05
+"""Slip beyond the spring, over the largest slip, of a row that slides.  With 0 one of 42 sets of nonsense, an
+elastic line, is a result.
 """
+
+SHARE_SLIDING = 0.1
+"""Least fraction of rows of a test that slide, as a test that ends before sliding shows no strength."""
+
+SLIDING_ROWS = 3
+"""Least number of such rows: without it one row of ten below an elastic line is a strength."""
 
 ROWS_EACH = 3
 """Rows, and independent data, for each constant."""
@@ -65,40 +69,76 @@ LEAST_TESTS, LEAST_REPLICATES = 3, 2
 show their own spread.
 """
 
-LEAST_LOADING, PARTS_OF_CLOSURE, MANY_CLOSURES = 6, 5, 3
-"""Rows of loading of closure tests; parts of the loading that are left out one by one; and number of tests
-beyond which whole tests are left out, too.
+LEAST_LOADING = 6
+"""Rows of loading that closure tests need together, ROWS_EACH for each of kn and closure."""
+
+PARTS_OF_CLOSURE = 5
+"""Parts of the loading that are left out one by one for the intervals of a closure."""
+
+MANY_CLOSURES = 3
+"""Number of tests beyond which whole tests are left out, too: four leave two degrees of freedom beside two
+constants.
 """
 
 # files
 
-ROWS_OF_TEST, ROWS_OF_CURVE, CLEARLY = 5, 10, 1.5
-"""Rows of a test: fewer show no stiffness, peak or residual strength; and of a table that may be a curve;
-ratio of the largest compression to the largest tension of a table, by which their signs are told apart.
+ROWS_OF_TEST = 5
+"""Rows of a test: fewer show no stiffness, peak or residual strength."""
+
+ROWS_OF_CURVE = 10
+"""Rows of a table of strengths at one pressure from which on growing slips are those of a curve."""
+
+CLEARLY = 1.5
+"""Ratio of the larger of compression and tension of a table to the smaller one, from which on the larger one
+is the compression: either sign may be that of compression.
 """
 
-LEAP, RETURN, LEAST_WAY, REVERSED = 3.0, 0.3, 0.1, -0.1
-"""Where the slip jumps back the next test begins: smallest jump over the usual step and over the way so far;
-smallest way over that of the file; and smallest tau over the largest one, because a joint that slips back in
-a cycle has reversed tau.
+LEAP = 3.0
+"""Jump of the slip over the usual step beyond which the next test may begin."""
+
+RETURN = 0.3
+"""Jump of the slip over the way so far beyond which the slip has gone back to the start of the next test."""
+
+LEAST_WAY = 0.1
+"""Way of a test over the range of the slip of the file beyond which the next test may begin."""
+
+REVERSED = -0.1
+"""Smallest tau over the largest one with which the next test begins, because a joint that slips back in a
+cycle has reversed tau.
 """
 
-RESTING, SURELY, LATE, PART = 0.5, 0.25, 4.0, 0.05
-"""Traction over the largest one below which a joint rests, and rests without any dilation; slip of a first
-row over the usual step (half of it where the joint surely rests), and slip or dilation over the range, beyond
-which it is late.
+RESTING = 0.5
+"""Traction over the largest one below which a joint rests in the first row; from it on a late slip is an
+error, as the start is not known.  Also the share of the dilation in the first rows from which on they are too
+far apart to lead to the start.
 """
 
-BEYOND_NOISE, LEAST_NOISE, FIRST_ROWS = 4.0, 6, 8
-"""Standard deviations of the noise that an offset of the dilation exceeds; rows that show the noise; first
-rows that lead to the dilation at the start.
-"""
+SURELY = 0.25
+"""Traction over the largest one below which a joint rests without any dilation, so that an offset is seen."""
 
-UNLOADED, OF_CYCLE, ELASTIC = 0.5, 0.05, 0.1
-"""Traction of the last row over that at the largest slip below which the joint was unloaded; reversed
-traction over the largest one that belongs to a cycle; return of the slip over its range that is more than
-elastic.
-"""
+LATE = 4.0
+"""Slip of a first row over the usual step beyond which it is late; half of it for a surely resting joint."""
+
+PART = 0.05
+"""Slip or dilation of a first row over its range beyond which it is late."""
+
+BEYOND_NOISE = 4.0
+"""Standard deviations of the noise that an offset of the dilation exceeds, as one of 16000 numbers does."""
+
+LEAST_NOISE = 6
+"""Number of rows beyond which second differences of the dilation show its noise; else it counts as 0."""
+
+FIRST_ROWS = 8
+"""First rows whose slope or parabola leads to the dilation at the start."""
+
+UNLOADED = 0.5
+"""Traction of the last row over that at the largest slip below which the joint was unloaded at the end."""
+
+OF_CYCLE = 0.05
+"""Reversed traction over the largest one from which on rows belong to a cycle, and not to an unloading."""
+
+ELASTIC = 0.1
+"""Return of the slip over its range that is more than elastic, so that it is no unloading."""
 
 # checks of tests
 
@@ -185,16 +225,29 @@ the degrees of freedom that they count for.  Triplets of 15 kinds of masonry sca
 
 # reading of curves
 
-SMOOTHED, AT_END, BACK = 0.05, 0.1, 0.02
+SMOOTHED = 0.05
 """Fraction of the rows over which a curve is averaged before its peak is read, as the largest of noisy rows
-is above the peak; fraction of the rows at the end of a test; and return of the slip, over its range, that
-ends a stroke.
+is above the peak.
 """
 
-LEVELS_APART, FALLS, WEIGHT = 1.2, 0.95, 0.1
-"""Ratio of two pressures, ratio of strength over pressure at them, and pressure that is missing over the
-smallest one, beyond which a weight may have been left out.
+AT_END = 0.1
+"""Fraction of the rows at the end of a test of which the residual strength and dilation are the means."""
+
+BACK = 0.02
+"""Return of the slip over its range that ends a stroke: a smaller one may be noise of the gauge."""
+
+LEVELS_APART = 1.2
+"""Ratio of the largest to the smallest pressure from which on tests show what depends on it: below it they
+have one pressure, but for its scatter.
 """
+
+FALLS = 0.95
+"""Strength over pressure at the largest pressure, over that at the smallest, below which a weight may have
+been left out of the pressure.
+"""
+
+WEIGHT = 0.1
+"""Pressure that is missing over the smallest one beyond which a weight may have been left out."""
 
 ENDED = 0.3
 """Slope of the dilation at the end over the largest one above which it has not ended, as a note says."""
@@ -246,5 +299,11 @@ INCREMENTS, MOST_SEARCHED = 150, 80
 PENALTY = 3.0
 """Residual, in multiples of the range, added to a row without equilibrium."""
 
-FARTHEST, CANDIDATES, ROUNDS = 0.12, 13, 3
-"""Largest start of a slip over its range; number of those that are tried, and how often, closer each time."""
+FARTHEST = 0.12
+"""Largest start of a slip over its range, before or after that of the rows."""
+
+CANDIDATES = 13
+"""Starts that are tried at once, at a sixth of the range to either side from each other."""
+
+ROUNDS = 3
+"""Rounds of candidates, each within one distance of the best before: their last distance is FARTHEST/216."""

@@ -25,10 +25,17 @@ SAME = 1.0e-6  # relative difference of two numbers in a file that are the same
 HUGE = 1.0e20
 """Size from which a value marks a missing height, as 1e30 and the largest single-precision number do."""
 
-SPIKE, STEEP, FEW = 10.0, 3.0, 0.2
-"""Smallest height of a spike over its neighbours: over that of 90 % of the points and the median step between
-points, and over the spacing; and largest part of the points that may be apart from all others.
+SPIKE = 10.0
+"""Least height of a spike above its neighbours, over that of 90 % of the points and the median step.
+
+The step is that between points that follow each other: a plane has no heights above its neighbours.
 """
+
+STEEP = 3.0
+"""Least height of a spike, or gap to points apart, over the spacing: small noise of a plane is none."""
+
+FEW = 0.2
+"""Largest part of the points that may be refused as apart from all others: more may be a real step."""
 
 
 def without_codes(path: Path, z: Floats, nodata: Sequence[float]) -> Floats:
