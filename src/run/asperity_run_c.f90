@@ -306,8 +306,8 @@ contains
     value = values(i)
   end function asperity_value
 
-  !> Whether equilibrium is lost beyond the last row (1), or a step has not left its branch at a fork (2), and why. If not
-  !> (0), the message is empty, or says that work and energies of the rows differ.
+  !> Whether equilibrium is lost beyond the last row (1), or a step has not left its branch at a fork (2), and why. Else
+  !> (0) the message is empty, or says that work and energies of the rows differ.
   function asperity_lost(run, message, size) bind(C) result(lost)
     type(c_ptr), value :: run               !! of asperity_begin
     type(c_ptr), value :: message           !! char[size], may be NULL

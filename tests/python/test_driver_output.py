@@ -33,7 +33,7 @@ def test_sweep(run, tmp_path: Path) -> None:
 
 def test_output(run, driver: Path, tmp_path: Path) -> None:
     """-o names the output, `-` is standard output; the default is a file in the current folder."""
-    text = MATERIAL + FLAT + "&step s_N = 0.1, increments = 3 /\n"
+    text = MATERIAL + FLAT + "&step s_N = 0.1, increments = 30 /\n"
     default = run(text)
     assert "written to case.csv" in default.messages and len(default.messages.splitlines()) == 1
     quiet = run(text, "--quiet", "-o", "-")
