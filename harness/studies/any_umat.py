@@ -5,7 +5,9 @@ The UMAT is that of the tests; gfortran builds it.
 
 from __future__ import annotations
 
+import argparse
 import subprocess
+import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -13,7 +15,9 @@ from asperity import ForeignUmat, Interface, Material, Pattern, Step
 from asperity.tools.style import DILATION, SLIP, TRACTION, TWO, curves, new_figure, printed, save
 from matplotlib.figure import Figure
 
-SOURCE, PICTURE = Path("harness/examples/planted_umat.f"), Path("docs/images/any-umat.png")
+from .program import program
+
+SOURCE = Path("harness/examples/planted_umat.f")
 PATH = [Step(t_N=-0.5, increments=20), Step(slip=[0.15, -0.05, 0.3], increments=[100, 150, 200])]
 LAW = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0)
 
@@ -40,9 +44,17 @@ def draw(library: Path) -> Figure:
     return figure
 
 
-if __name__ == "__main__":
+def _write(options: argparse.Namespace) -> int:
     with TemporaryDirectory() as folder:
         library = Path(folder, "libbilinear.so")
         command = ["gfortran", "-ffree-form", "-shared", "-fPIC", "-O1", SOURCE, "-o", library]
         subprocess.run(command, check=True)
-        save(draw(library), PICTURE)
+        save(draw(library), options.output)
+    print(options.output)
+    return 0
+
+
+main = program(_write, ("-o --output FILE", "picture, .png or .pdf", Path("any-umat.png")))
+
+if __name__ == "__main__":
+    sys.exit(main())

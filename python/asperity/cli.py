@@ -30,8 +30,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments = sys.argv[1:] if arguments is None else arguments
     if list(arguments[:1]) == ["help"]:  # as asperity help fit
         arguments = [*arguments[1:2], "--help"]
-    if arguments and arguments[0] in OLD_NAMES:
-        arguments = [OLD_NAMES[arguments[0]], *arguments[1:]]
     chosen = next((text for text in arguments if text in COMMANDS), "")
     try:
         parser = _parser(chosen)
@@ -89,10 +87,7 @@ def _parser(chosen: str) -> argparse.ArgumentParser:
         prog="asperity",
         description="Interface law for rough quasi-brittle interfaces: damage, friction, interlocking.",
     )
-    parser.epilog = (
-        "asperity COMMAND --help explains a command. --jobs N sets the number of processes of run, "
-        "select and uncertainty."
-    )
+    parser.epilog = "asperity COMMAND --help explains a command."
     version = "show program's version number and exit"
     parser.add_argument("-V", "--version", action=_Version, nargs=0, help=version)
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
@@ -119,7 +114,7 @@ def _run_arguments(run: argparse.ArgumentParser) -> None:
         ("--label-units LENGTH,STRESS", "units for the labels of the plot (default: none)", str),
     )
     add_output(run, "OUT.csv", "result (default: the case's name, .csv, here)")
-    add_workers(run)
+    add_workers(run, "that run the values of a sweep (default: one driver runs all)")
     run.set_defaults(action=_run)
 
 
@@ -154,9 +149,6 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "doctor": ("check the installation and look for host programs", _imported("doctor")),
 }
 """Summary of each subcommand, and the function that adds its arguments."""
-
-OLD_NAMES = {"masonry": "joint"}
-"""Other names of commands, which the help does not list."""
 
 
 def _case(options: argparse.Namespace) -> Path:

@@ -120,9 +120,9 @@ def add_options(parser: Arguments, *rows: tuple[Any, ...]) -> None:
         parser.add_argument(*names, help=text, **settings | (more[1] if len(more) > 1 else {}))
 
 
-def add_workers(parser: argparse.ArgumentParser) -> None:
-    """Add the option --jobs, which the help of `asperity` describes once for all commands."""
-    parser.add_argument("--jobs", type=int, help=argparse.SUPPRESS)
+def add_workers(parser: argparse.ArgumentParser, default: str = "") -> None:
+    """Add the option --jobs; default: what the help says of the processes after their number."""
+    add_options(parser, ("--jobs N", f"number of processes {default}".rstrip(), int))
 
 
 def add_output(parser: argparse.ArgumentParser, usage: str, text: str, default: Any = Path) -> None:

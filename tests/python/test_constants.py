@@ -37,7 +37,7 @@ def numbers_of(out: str) -> list[list[float]]:
 @pytest.mark.parametrize("form", ["-0.3,-1.21", "-0.3 -1.21", "-0.3, -1.21"])
 def test_dilatancy_of_masonry_decays(form: str, said: Callable) -> None:
     """The slope of the dilation is tan_psi exp(-delta slip), from the group that the command prints."""
-    out, _ = said(f"masonry {JOINT} tan_psi=.2 delta=5 --sigma-N {form}")
+    out, _ = said(f"joint {JOINT} tan_psi=.2 delta=5 --sigma-N {form}")
     assert [row[0] for row in numbers_of(out)] == [-0.3, -1.21]
     entries = dict(re.findall(r"(\w+) = ([\d.]+)", out.split("\n\n")[0]))
     assert float(entries["height"]) == pytest.approx(0.2 / 5.0)
@@ -56,7 +56,7 @@ def test_dilatancy_of_masonry_decays(form: str, said: Callable) -> None:
 @pytest.mark.usefixtures("folder")
 def test_command_masonry(said: Callable) -> None:
     """The command prints constants, stiffness, peaks and the sigma02 that meets c + mu p."""
-    out, _ = said(f"masonry {JOINT} --sigma-N=-0.3,-0.05,-1.21004,-2.12 -o joint.nml")
+    out, _ = said(f"joint {JOINT} --sigma-N=-0.3,-0.05,-1.21004,-2.12 -o joint.nml")
     out = out.replace(",\n ", ",")
     assert "(2 GfII (1 - eta)) = 23.1 and not ks = 36" in out
     assert (
@@ -83,19 +83,19 @@ def test_command_masonry(said: Callable) -> None:
 @pytest.mark.usefixtures("folder")
 def test_compressive_strength_of_masonry(said: Callable) -> None:
     """The strength of prisms comes into the case; its energy has no default, but a hint in N/mm."""
-    out, _ = said(f"masonry {JOINT} fm=10.5 Gfc=60 kp=.09 E=16700 h=52 -o prism.nml")
+    out, _ = said(f"joint {JOINT} fm=10.5 Gfc=60 kp=.09 E=16700 h=52 -o prism.nml")
     # joint and unit in series: 1/(1/82 + 52/16700)
     assert "joint and unit in series: K = 65.32" in out and "plus n fm^2/(2 K)" in out
     material = read_case("prism.nml").runs[0].material
     assert (material.fc, material.Gfc, material.Css, material.kp) == (10.5, 60.0, 9.0, 0.09)
     # below 12 MPa 1.6 mm fm (Lourenço 1996)
-    assert "with fm in MPa is 16.8 N/mm" in said(f"masonry {JOINT} fm=10.5", 1)[1]
-    assert "with fm in MPa is 22 N/mm" in said(f"masonry {JOINT} fm=19.6", 1)[1]
+    assert "with fm in MPa is 16.8 N/mm" in said(f"joint {JOINT} fm=10.5", 1)[1]
+    assert "with fm in MPa is 22 N/mm" in said(f"joint {JOINT} fm=19.6", 1)[1]
     for alone in ("Gfc=60", "kp=.1", "fb=9", "fm=0 Gfc=60"):
-        assert "expected fm=VALUE beside it" in said(f"masonry {JOINT} {alone}", 1)[1]
+        assert "expected fm=VALUE beside it" in said(f"joint {JOINT} {alone}", 1)[1]
     for wrong in ("-1", "nan"):
-        assert f"fm = {wrong}: expected" in said(f"masonry {JOINT} fm={wrong} Gfc=60", 1)[1]
-    doubts = said(f"masonry {JOINT} fm=10.5 Gfc=1 fb=9 E=16700 h=52")[1]
+        assert f"fm = {wrong}: expected" in said(f"joint {JOINT} fm={wrong} Gfc=60", 1)[1]
+    doubts = said(f"joint {JOINT} fm=10.5 Gfc=1 fb=9 E=16700 h=52")[1]
     assert "fm = 10.5: expected at most fb = 9" in doubts
     assert "Gfc = 1: expected more than fm^2/K = 1.688 of a course" in doubts
 

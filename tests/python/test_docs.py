@@ -264,6 +264,18 @@ def test_columns_and_events(tmp_path: Path) -> None:
     assert events and names_in_table(of_events) == events
 
 
+def test_options_of_the_driver() -> None:
+    """Both synopses have the options of --help, and the table of the page has each once."""
+    head = TEXTS[DRIVER].partition("\n## ")[0]
+    known = set()
+    for name, *words in (["rie_driver", driver()], ["asperity run", sys.executable, "-m", "asperity", "run"]):
+        options = set(re.findall(r"^  (-[\w-]+)", run(*words, "--help").stdout, re.MULTILINE)) - {"-h"}
+        synopsis = "".join(re.findall(rf"^{name} (.*\n(?: .*\n)*)", head, re.MULTILINE))
+        assert options and set(re.findall(r"(?<!\w)-[\w-]+", synopsis)) == options, name
+        known |= options
+    assert sorted(re.findall(r"^\| `(-[\w-]+)", head, re.MULTILINE)) == sorted(known)
+
+
 def texts_of(*patterns: str) -> str:
     """Texts of files of the repository."""
     paths = [path for pattern in patterns for path in ROOT.glob(pattern)]

@@ -82,7 +82,7 @@ def test_own_files_only_are_replaced(
     [
         (["new"], "case.nml"),
         (["cases", "figure05b"], "figure05b.nml"),
-        (["masonry", *JOINT, "-o", "joint.nml"], "joint.nml"),
+        (["joint", *JOINT, "-o", "joint.nml"], "joint.nml"),
     ],
 )
 def test_files_to_edit_are_kept(arguments: list[str], name: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -60,15 +60,15 @@ NEW = [
     ("explore --no-browser kc=0", "kc=0: expected a finite number > 0"),
     ("explore --no-browser sides=4.5", "sides=4.5: expected a whole number"),
     ("explore --no-browser --port 70000", "--port 70000: expected 0 to 65535"),
-    (f"masonry {JOINT[6:]} ks2=3 tan_psi=x --sigma-N 0.3 y", "kn is missing: expected kn=VALUE\n"),
-    (f"masonry {JOINT} ks2=3 --sigma-N 0.3", "ks2 = 3: expected one of kn, ks, ft"),
-    (f"masonry {JOINT} ks2=3 --sigma-N 0.3", "\n--sigma-N = 0.3: expected a normal traction <= 0"),
+    (f"joint {JOINT[6:]} ks2=3 tan_psi=x --sigma-N 0.3 y", "kn is missing: expected kn=VALUE\n"),
+    (f"joint {JOINT} ks2=3 --sigma-N 0.3", "ks2 = 3: expected one of kn, ks, ft"),
+    (f"joint {JOINT} ks2=3 --sigma-N 0.3", "\n--sigma-N = 0.3: expected a normal traction <= 0"),
     (
-        f"masonry {JOINT[6:]} kn=-1 delta=-2",
+        f"joint {JOINT[6:]} kn=-1 delta=-2",
         "delta = -2.0: expected >= 0 (at most 1e10)\nkn = -1.0: expected > 0",
     ),
-    (f"masonry {JOINT} delta=2", "delta = 2.0: expected with tan_psi > 0"),
-    (f"masonry {JOINT} -o case.nml", "case.nml: this file is there"),
+    (f"joint {JOINT} delta=2", "delta = 2.0: expected with tan_psi > 0"),
+    (f"joint {JOINT} -o case.nml", "case.nml: this file is there"),
 ]
 """Command and part of its message."""
 
@@ -285,7 +285,7 @@ GROUPED = [
     ("barton --jrc=10 --jcs=50 --phi-r=30 --length=1 --sigma-n=1_0", "--sigma-n = '1_0': expected"),
     ("explore --no-browser mu=0_5", "mu = '0_5': expected a finite number"),
     ("explore --no-browser mu=\u0661", "expected a finite number"),
-    (f"masonry {JOINT.replace('82', '8_2')}", "kn = '8_2': expected a finite number"),
+    (f"joint {JOINT.replace('82', '8_2')}", "kn = '8_2': expected a finite number"),
     ("uncertainty case.nml --sd mu=0_1", "--sd mu=0_1: expected NAME=VALUE, a number"),
     ("fit scan.csv --area 1_0", "--area 1_0: expected A, an area > 0"),
 ]

@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--planar", "the surface is a ridge and slips across it, along the direction of the case only"),
     )
     add_output(parser, "CHOSEN.nml", "write the case with the selected pattern, for run and card")
-    add_workers(parser)
+    add_workers(parser, "(default: threads on all processors)")
     parser.set_defaults(action=_run)
 
 

@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--label-units LENGTH,STRESS", "units for the labels", "length,stress"),
     )
     add_output(parser, "OUT.csv", "write the quantiles of the curves")
-    add_workers(parser)
+    add_workers(parser, "(default: one for each processor)")
     parser.set_defaults(action=_run)
 
 
