@@ -99,9 +99,15 @@ WITHOUT_FILE = {
 
 
 def modules() -> dict[str, str]:
-    """Source of each module and procedure of the library by the name of its file, without asperity_."""
-    files = [*(ROOT / "src").rglob("*.f90")]
-    return {file.stem.removeprefix("asperity_"): file.read_text(encoding="utf-8") for file in files}
+    """Source of each module and procedure of the library by the name of its file, without asperity_.
+
+    Files of one name, such as those of src/dispatch and of src/law, count as one.
+    """
+    sources: dict[str, str] = {}
+    for file in sorted((ROOT / "src").rglob("*.f90")):
+        name = file.stem.removeprefix("asperity_")
+        sources[name] = sources.get(name, "") + file.read_text(encoding="utf-8")
+    return sources
 
 
 def test_modules_have_suites() -> None:
