@@ -66,10 +66,9 @@ module asperity_load_path
     integer, private :: fork = 0                     !! side to which the step has still to leave its branch, 0: none
     integer, private :: forks = 0                    !! in the step so far
     logical, private :: unforked = .false.           !! a step has not left its branch, which ends the path
-    real(wp), private :: surplus = 0.0_wp            !! work less energies at the start of the path, stress*length
-    real(wp), private :: difference = 0.0_wp         !! largest change of work less energies so far, stress*length
-    real(wp), private :: energy = 0.0_wp             !! largest change of work or energies so far, stress*length
-    real(wp), private :: first_energies = 0.0_wp     !! energies at the start of the path, stress*length
+    real(wp), private :: first_work = 0.0_wp, first_energies = 0.0_wp   !! at the start of the path, stress*length
+    real(wp), private :: difference = 0.0_wp         !! largest one of the changes of work and energies so far
+    real(wp), private :: energy = 0.0_wp             !! largest change of work or energies so far
     type(row_type), allocatable :: rows(:)           !! if they have been computed before, as those of a refined path
     integer, private :: given_rows = 0               !! of them
     logical, allocatable, private :: regime(:, :)    !! for the events
@@ -96,8 +95,8 @@ contains
     call law%find_events(start%s, start%state, start%state, run%regime, ignored)
     run%given = run%point%s
     run%p_to = p
+    run%first_work = start%work
     run%first_energies = sum(law%accounts(start%state))
-    run%surplus = start%work - run%first_energies
   end subroutine start_run
 
   !> Take the next increment. After a row that is lost there is none, nor after a step that has not left its branch.
@@ -180,11 +179,11 @@ contains
   !> Compare the work of the path so far with its energies.
   pure subroutine add_to_account(run)
     type(run_type), intent(inout) :: run   !! the run, at the end of an increment
-    real(wp) :: energies
-    energies = sum(run%law%accounts(run%point%state))
-    run%difference = max(run%difference, abs(run%point%work - energies - run%surplus))
-    run%energy = max(run%energy, abs(energies - run%first_energies), &
-      abs(run%point%work - run%surplus - run%first_energies))
+    real(wp) :: energies, work
+    work = run%point%work - run%first_work
+    energies = sum(run%law%accounts(run%point%state)) - run%first_energies
+    run%difference = max(run%difference, abs(work - energies))
+    run%energy = max(run%energy, abs(work), abs(energies))
   end subroutine add_to_account
 
   !> Set the point of a row.
@@ -262,11 +261,10 @@ contains
     call name_event(row%events, "lost", row%lost)
   end subroutine name_events
 
-  !> Append that the work of a path differs from its energies, nothing if it does not, or if the path has been refined.
+  !> Append that the work of a path differs from its energies, nothing if it does not. A refined path is its finest run.
   pure subroutine explain_account(run, message)
     type(run_type), intent(in) :: run                         !! the run, at its end
     character(len=:), allocatable, intent(inout) :: message   !! a line is appended
-    if (allocated(run%rows)) return
     associate (most => max(run%energy, run%law%stress*run%law%s_0))
       if (.not. run%difference > least_difference*most) return
       call append(message, "work and energies (stored, rupture, friction, crushing) differ by up to " // &

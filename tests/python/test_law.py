@@ -6,11 +6,12 @@ Random updates are in test_oracle.py, load paths with known numbers, through eve
 from __future__ import annotations
 
 import math
+import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import EquilibriumLost, Interface, Material, Pattern, Step, read_case
+from asperity import EquilibriumLost, Interface, Material, ModelWarning, Pattern, Step, read_case
 from asperity.contract import N_POINT_STATEV
 from asperity.model_checks import model_warnings
 from support_driver import MATERIAL
@@ -255,3 +256,16 @@ def test_bilinear_bond_of_abaqus(degrees: float) -> None:
     assert np.abs(expected).max() > 2.0
     # Rounding of tractions of a few MPa.
     assert joint.replay(path).traction == pytest.approx(expected, abs=1.0e-12)
+
+
+def test_work_that_differs_from_energies() -> None:
+    """A crack that slides in one increment has half its friction as work, which a warning at the call says."""
+    crack = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, damage0=1.0), Pattern.regular(0, 0.0))
+    pressed = Step(t_N=-4.0, increments=1)
+    with pytest.warns(ModelWarning, match="^work and energies .* expected 2 % at most") as caught:
+        crack.run([pressed, Step(slip=0.3, increments=1)])
+    assert [warning.filename for warning in caught] == [__file__]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        crack.run([pressed, Step(slip=0.3, increments=100)])
+        crack.run([pressed, Step(slip=0.3, increments=1)], tolerance=1e-3)

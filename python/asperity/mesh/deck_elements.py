@@ -138,7 +138,8 @@ class Checks:
         crossed = (np.einsum("fkd,fkd->fk", edges, above) <= 0.0).any(1)
         if d == 3:
             turns = np.cross(edges, np.roll(edges, -1, axis=1))
-            crossed |= (np.einsum("fkd,fd->fk", turns, turns[:, 0]) <= 0.0).any(1)
+            turned = np.einsum("fkd,fd->fk", turns, turns[:, 0])
+            crossed |= (turned < -ROUNDING * turned[:, :1]).any(1)
         crossed &= length > 0.0
         normal, across = area(x)[0], y - x
         along = across - np.einsum("fkd,fd->fk", across, normal)[:, :, None] * normal[:, None]

@@ -82,21 +82,23 @@ def _faces_beside(
 def _of_section(
     model: Model, section: Section, h: float, beside: Mapping[int, list[tuple[int, ...]]]
 ) -> Iterator[str]:
-    """Faces whose normal is not the axis N of the section, and elements of another thickness."""
+    """Elements without a face beside other solids along the axis N, and those of another thickness."""
     axis, name = _axis(model.deck, section.block)
     if axis is None:
         return
     head = section.block.head()
     turned, others = list[Floats](), list[tuple[Floats, float]]()
     for element in section.elements.tolist():
-        faces = [model.points[list(corners)] for corners in beside.get(element, ())]
-        normals = [area(x[None])[0][0] for x in faces]
-        if any(abs(normal @ axis) < ALONG for normal in normals):
-            turned.append(faces[0].mean(0))
-        elif len(faces) == 2:
-            t = abs((faces[1].mean(0) - faces[0].mean(0)) @ axis)
+        faces = beside.get(element, ())
+        x = [model.points[list(corners)] for corners in faces]
+        sides = [k for k, face in enumerate(x) if abs(area(face[None])[0][0] @ axis) >= ALONG]
+        if faces and not sides:
+            turned.append(x[0].mean(0))
+        # a layer ends at a tip, where its sides have nodes in common
+        elif len(sides) == 2 and not {*faces[sides[0]]} & {*faces[sides[1]]}:
+            t = abs((x[sides[1]].mean(0) - x[sides[0]].mean(0)) @ axis)
             if abs(t - h) > THICKNESS * h:
-                others.append((faces[0].mean(0), float(t)))
+                others.append((x[sides[0]].mean(0), float(t)))
     total = len(section.elements)
     if turned:
         text = f"{len(turned)} of {total} elements, as at {place(turned[0])}, have another normal than {name}"
@@ -108,15 +110,15 @@ def _of_section(
 
 
 def _axis(deck: Sequence[Block], section: Block) -> tuple[Floats | None, str]:
-    """Axis N of a section and its name; None for an *Orientation of another system or without numbers."""
+    """Axis N of a section and its name; None for an *Orientation of another system or with a rotation."""
     name = (section.parameters.get("ORIENTATION") or "").upper()
     if not name:
         return np.array([0.0, 0.0, 1.0]), "z"
     for block in deck:
         if block.keyword == "ORIENTATION" and (block.parameters.get("NAME") or "").upper() == name:
             system = (block.parameters.get("SYSTEM") or "RECTANGULAR").upper()
-            rows = table(block, 6, 6) if system.startswith("R") else np.zeros((0, 6))
-            if len(rows):
+            rows = table(block, 6, 2)
+            if system.startswith("R") and len(rows) == 1:
                 axis = np.cross(rows[0, :3], rows[0, 3:])
                 size = float(np.linalg.norm(axis))
                 return (axis / size if size > 0.0 else None), f"the third axis of *Orientation {name}"
