@@ -259,7 +259,7 @@ def test_bilinear_bond_of_abaqus(degrees: float) -> None:
 
 
 def test_work_that_differs_from_energies() -> None:
-    """A crack that slides in one increment has half its friction as work, which a warning at the call says."""
+    """A crack that slides in one increment has half its friction as work: a warning at the call says so."""
     crack = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, damage0=1.0), Pattern.regular(0, 0.0))
     pressed = Step(t_N=-4.0, increments=1)
     with pytest.warns(ModelWarning, match="^work and energies .* expected 2 % at most") as caught:
