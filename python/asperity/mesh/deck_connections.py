@@ -111,7 +111,7 @@ def links_of(model: Model) -> Iterator[Link]:
     for block in model.deck:
         if block.keyword == "MPC":
             for k, words in block.rows():
-                nodes = [_named(model, block, word) for word in words[1:] if word]
+                nodes = [nodes_of_name(model, block, word) for word in words[1:] if word]
                 if words[0].upper() in TYING and len(nodes) > 1:
                     yield Link(block, k, nodes[0], np.unique(np.concatenate(nodes[1:])), len(nodes) == 2)
         elif block.keyword == "EQUATION":
@@ -132,7 +132,7 @@ def _equations(model: Model, block: Block) -> Iterator[Link]:
         factors = np.array(block.numbers([term[2] for term in terms], k))
         if len({term[1] for term in terms}) > 1 or abs(factors.sum()) > ROUNDING * np.abs(factors).max():
             continue
-        nodes = [_named(model, block, term[0]) for term in terms]
+        nodes = [nodes_of_name(model, block, term[0]) for term in terms]
         sides = [
             np.concatenate(
                 [np.zeros(0, np.int64), *(at for at, f in zip(nodes, factors, strict=True) if s * f > 0)]
@@ -142,7 +142,7 @@ def _equations(model: Model, block: Block) -> Iterator[Link]:
         yield Link(block, k, sides[0], sides[1], count == 2)
 
 
-def _named(model: Model, block: Block, word: str) -> Integers:
+def nodes_of_name(model: Model, block: Block, word: str) -> Integers:
     """Nodes that a word names, by number, set or surface: of the model, or of a part where it has none."""
     before, point, local = word.strip("\"'").rpartition(".")
     home = model.by_name.get(before.upper(), model.model) if point else model.model
@@ -175,7 +175,7 @@ def nodes_named(model: Model, keywords: Sequence[str]) -> Integers:
                 if is_mpc
                 else row[: 1 if block.keyword == "BOUNDARY" else None : 3 if len(row) > 2 else 1]
             )
-        nodes += [_named(model, block, word) for word in words]
+        nodes += [nodes_of_name(model, block, word) for word in words]
     return np.unique(np.concatenate(nodes))
 
 

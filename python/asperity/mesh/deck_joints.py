@@ -17,6 +17,7 @@ from .abaqus import read_model
 from .deck import Block
 from .deck_constants import keyword_problems, report
 from .deck_elements import element_problems
+from .deck_held import held_problems
 from .deck_layers import layer_problems
 from .deck_water import water_problems
 
@@ -86,11 +87,15 @@ def judged(path: Path) -> Judgement:
     names = {block.name("NAME").upper() for block in deck if block.keyword == "MATERIAL"}
     joints, wrong, notes, used = [], [], [], set()
     for block in deck:
+        name = (block.parameters.get("MATERIAL") or "").upper()
+        named = block.keyword == SECTIONS[0] or (block.keyword.endswith("SECTION") and name)
+        if named and name not in names:
+            known = ", ".join(sorted(names))
+            wrong.append(
+                f"{block.head()}: material={name}: no *Material has this name: expected one of {known}"
+            )
         if block.keyword not in SECTIONS:
             continue
-        name = (block.parameters.get("MATERIAL") or "").upper()
-        if block.keyword == SECTIONS[0] and name not in names:
-            wrong.append(f"{block.head()}: material={name}: no *Material has this name")
         used.add(name)
         material = materials.get(name)
         # of a solid with other constants the UMAT is another one
@@ -141,6 +146,7 @@ def judged(path: Path) -> Judgement:
         for keyword in SECTIONS
     )
     wrong += element_problems(model, cohesive) + layer_problems(model, layers) + water_problems(deck, wet)
+    wrong += held_problems(model, {*cohesive, *layers})
     return Judgement(wrong, doubtful, notes, read)
 
 

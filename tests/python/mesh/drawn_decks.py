@@ -338,11 +338,14 @@ def _linked(text: str, words: Callable[[str, str], str], at_solids: bool = False
 def harmless(draw: np.random.Generator, text: str) -> str:
     """A right deck with equations and links that hold no side of a joint to the other one, now and then."""
     other = str(draw.choice(["PIN", "BEAM", "TIE"]))
-    kind = int(draw.integers(5))
+    kind = int(draw.integers(8))
     control = "*Equation\n3\n{0}, 2, 1., {1}, 2, -1., 1000000, 2, -1.\n"
     opposite = "*Equation\n2\n{0}, 2, 1., {1}, 2, 1.\n"
     along = "*Equation\n2\n{0}, 1, 1., {0}, 2, -1.\n"
-    words = [control, opposite, along, "", f"*MPC\n{other}, {{0}}, 1000000\n"][kind]
+    words = [
+        control, opposite, along, "", f"*MPC\n{other}, {{0}}, 1000000\n", COUPLING.format("{0}"),
+        "*Boundary\n{0}, 1, 3\n{1}, 2\n", "*Boundary\n{0}, 1, 3\n{1}, 1, 1, 0.1\n{1}, 2, 3\n",
+    ][kind]  # fmt: skip
     linked = _linked(text, lambda low, up: words.format(low, up)) if words else text
     if "1000000" not in linked:
         return linked
@@ -361,6 +364,16 @@ EQUATION = "*Equation\n2\n{0}, 1, 1., {1}, 1, -1.\n"
 
 LINEAR = "*Equation\n3\n{0}, 2, 1., {1}, 2, -0.5, {1}, 2,\n-0.5\n"
 """The same in two lines, by two terms of one node."""
+
+
+COUPLING = "*Kinematic Coupling, ref node=1000000\n{}\n"
+"""Nodes that move with one reference node."""
+
+
+def _rigid_body(low: str, up: str) -> str:
+    """Nodes of both sides in a rigid body."""
+    name = f"N{low}_{up}".replace(".", "_")
+    return f"*Nset, nset={name}\n{low}, {up}\n*Rigid Body, ref node=1000000, tie nset={name}\n"
 
 
 def _stack(text: str) -> str:
@@ -392,6 +405,10 @@ MISTAKES: dict[str, Callable[[str], str]] = {
     "no unsymm": _unsymm,
     "equations": lambda text: _linked(text, lambda a, b: EQUATION.format(a, b)),
     "equations of three terms": lambda text: _linked(text, lambda a, b: LINEAR.format(b, a)),
+    "no material": lambda text: re.sub(r"(\*Solid Section, elset=UPPER, material=)\w+", r"\1STON", text),
+    "supports": lambda text: _linked(text, lambda a, b: f"*Boundary\n{a}, 1, 3\n{b}, PINNED\n"),
+    "one coupling": lambda text: _linked(text, lambda a, b: COUPLING.format(f"{a}\n{b}")),
+    "rigid body": lambda text: _linked(text, _rigid_body, at_solids=True),
     "links": lambda text: _linked(text, lambda a, b: f"*MPC\nTIE, {b}, {a}\n"),
     "tie and links": lambda text: _linked(text, lambda a, b: f"*MPC\nPIN, {a}, {b}\n", at_solids=True),
     "tie and equations": lambda text: _linked(text, lambda a, b: EQUATION.format(b, a), at_solids=True),
