@@ -36,7 +36,7 @@ class Link:
 
 @dataclass(frozen=True)
 class Tie:
-    """Two surfaces that are tied: their nodes, the elements of which they are faces, and the line."""
+    """Two surfaces, tied or in contact: their nodes, the elements of which they are faces, and the line."""
 
     block: Block
     nodes: tuple[Integers, Integers]
@@ -92,11 +92,11 @@ def _nodes_of_faces(model: Model, elements: Integers, label: str) -> Integers | 
     return np.concatenate(nodes) if count == len(elements) else None
 
 
-def ties_of(model: Model) -> list[Tie]:
-    """Ties, with the nodes and elements of both surfaces."""
+def ties_of(model: Model, keyword: str = "TIE") -> list[Tie]:
+    """Pairs of surfaces of a keyword, which are tied or in contact, with nodes and elements of both."""
     ties = []
     for block in model.deck:
-        if block.keyword != "TIE":
+        if block.keyword != keyword:
             continue
         for k, words in block.rows():
             if len(words) >= 2:

@@ -350,10 +350,11 @@ class Checks:
         return twice
 
     def ties(self) -> Iterator[str]:
-        """Ties past a joint, and nodes that two ties have."""
+        """Ties and contact pairs past a joint, and nodes that two ties have."""
+        pairs = [*self.all_ties, *ties_of(self.model, "CONTACT PAIR")]
         for lower, upper in self._sides:
             beside = [self._beside_ties(side) for side in (lower, upper)]
-            for k, tie in enumerate(self.all_ties):
+            for k, tie in enumerate(pairs):
                 a, b = (
                     np.stack([side, *(nodes for other, nodes in at if other != k)])
                     for side, at in zip((lower, upper), beside, strict=True)
@@ -365,7 +366,9 @@ class Checks:
                 if glued.any():
                     where = place(self.model.points[lower[glued][0]].mean(0))
                     text = f"it connects both sides of {glued.sum()} elements of a joint, as at {where}"
-                    yield f"{tie.block.head()}: {text}, past the joint: expected no *Tie there"
+                    past = "past the joint" if k < len(self.all_ties) else "whose law has their contact"
+                    name = tie.block.keyword.title()
+                    yield f"{tie.block.head()}: {text}, {past}: expected no *{name} there"
         for k, tie in enumerate(self.all_ties):
             for other in self.all_ties[:k]:
                 both = np.intersect1d(tie.nodes[0], other.nodes[0])

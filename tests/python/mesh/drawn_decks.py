@@ -401,6 +401,9 @@ MISTAKES: dict[str, Callable[[str], str]] = {
     "ties crossed": lambda text: re.sub(r"(G_.*S_)(LOW|UP)$", _other, text, flags=re.MULTILINE),
     "tied to one side": lambda text: re.sub(r"(G_UP, .*S_)UP$", r"\1LOW", text, flags=re.MULTILINE),
     "past the joint": _past,
+    "past as contact": lambda text: _past(text).replace(
+        "*Tie, name=PAST", "*Contact Pair, interaction=SLIDES"
+    ),
     "past nodes of the joint": _past_nodes,
     "no unsymm": _unsymm,
     "equations": lambda text: _linked(text, lambda a, b: EQUATION.format(a, b)),
