@@ -16,13 +16,17 @@ import numpy as np
 from .. import hosts
 from ..material import ModelWarning
 from .jointed import Jointed
-from .shapes import corners
+from .shapes import corner_sizes, corners, place
+from .writing import layer_points
 
 if TYPE_CHECKING:
     from ..interface import Interface
 
 LABEL = r"[A-Za-z_][\w-]*"
 """Names that most hosts can read: those of Abaqus/CAE, too."""
+
+UNEVEN = 0.02
+"""Relative error of the thickness of a layer, as at corners of a curved joint, above which one is told."""
 
 
 def write(
@@ -134,13 +138,30 @@ def _check_faces(mesh: Jointed, host: str, layer: bool) -> None:
 
 
 def _check_layer(mesh: Jointed, h: float) -> None:
-    """Raise ValueError for a layer that does not fit into the cells beside it; warn of one with tips."""
+    """Raise ValueError for a layer that does not fit into the cells; warn of tips and other thicknesses."""
+    points = layer_points(mesh, h)
     centres = np.concatenate([mesh.points[cells].mean(1) for cells in mesh.cells.values()])
     for name, joint in ((name, part) for name, parts in mesh.joints.items() for part in parts):
         away = centres[joint.cells] - mesh.points[joint.minus].mean(1)[:, None]
         most = 2.0 * float(np.abs(np.einsum("fsd,fd->fs", away, joint.axes[:, 0])).min())
         if h >= most:
             raise ValueError(f"layer = {h:g}: expected less than {most:.3g}, for the cells at joint {name}")
+        across = np.einsum("fkd,fd->fk", points[joint.plus] - points[joint.minus], joint.axes[:, 0])
+        error = np.where(joint.minus == joint.plus, 0.0, np.abs(across - h))
+        if (bad := (error > UNEVEN * h).any(1)).any():
+            face, node = np.unravel_index(error.argmax(), error.shape)
+            where = f"as at {place(mesh.points[joint.minus[face, node]])} {across[face, node]:.3g}"
+            text = f"layer = {h:g}: {bad.sum()} of {len(bad)} faces of joint {name} have other thicknesses"
+            text = (
+                f"{text}, {where}, as faces meet at sharp angles: their separations are wrong by that factor"
+            )
+            warnings.warn(text, ModelWarning, stacklevel=3)
         if joint.tips:
             text = f"joint {name} ends inside the mesh, where its layer has no thickness: its last elements"
             warnings.warn(f"{text} are too stiff, and break too early", ModelWarning, stacklevel=3)
+    for kind, cells in mesh.cells.items():
+        turned = (corner_sizes(kind, points[cells]) <= 0.0) & (corner_sizes(kind, mesh.points[cells]) > 0.0)
+        if (bad := turned.any(1)).any():
+            where = place(mesh.points[cells[bad][0]].mean(0))
+            text = f"layer = {h:g}: {bad.sum()} cells, as at {where}, would be inside out"
+            raise ValueError(f"{text}: expected a thinner layer, or larger cells there")

@@ -8,12 +8,16 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from asperity import ModelWarning
 from asperity.mesh import split, write
 from asperity.mesh.abaqus import read_model
 from asperity.mesh.deck_joints import judged
 
 from mesh.support_meshes import LAW, grid, only
 from mesh.test_split import random_mesh
+
+DIGITS = 1.0e-9
+"""Relative error of lengths of places that are written with all digits."""
 
 
 @pytest.mark.parametrize("d", [2, 3])
@@ -41,6 +45,39 @@ def test_abaqus_has_its_own_directions(tmp_path: Path) -> None:
     jointed = split(grid((2, 2, 2), (1, 1, 2)), direction=(0.0, 1.0, 0.0))
     with pytest.raises(ValueError, match="joint joint: expected no direction for abaqus"):
         write(tmp_path / "wall.inp", jointed)
+
+
+@pytest.mark.parametrize("angle", [90.0, 20.0, 6.0])
+def test_layers_of_joints_that_cross(tmp_path: Path, angle: float) -> None:
+    """Layers have their thickness at every node, at sharp angles too; those without room are refused."""
+    mesh, h = grid((2, 2, 2), (2, 1, 2)), 0.01
+    mesh.points[:, 0] += (mesh.points[:, 2] - 1.0) / np.tan(np.radians(angle))
+    jointed = split(mesh)
+    (path,) = write(tmp_path / "wall.vtu", jointed, "ogs", layer=h)
+    written = meshio.read(path)
+    cells, normals = written.cells_dict["hexahedron"], written.cell_data_dict["N"]["hexahedron"]
+    layers = written.cell_data_dict["MaterialIDs"]["hexahedron"] == len(jointed.names)
+    x = written.points[cells[layers]]
+    across = np.einsum("fkd,fd->fk", x[:, 4:] - x[:, :4], normals[layers])
+    assert len(across) == 8 and across == pytest.approx(h, rel=DIGITS)
+
+
+def test_layers_without_room(tmp_path: Path) -> None:
+    """Layers that turn cells inside out are refused, other thicknesses are told, with their place."""
+    mesh = grid((2, 2, 2), (2, 1, 2))
+    mesh.points[:, 0] += (mesh.points[:, 2] - 1.0) / np.tan(np.radians(2.0))
+    text = r"8 of 8 faces of joint joint have other thicknesses, as at \(1, ., 1\) 0.0005, as faces meet"
+    with pytest.warns(ModelWarning, match=f"layer = 0.001: {text}"):
+        write(tmp_path / "wall.inp", split(mesh), "calculix", layer=1e-3)
+    points = [[-1.0, 0.0], [0.0, 0.0], [3.0, 0.0], [1.0, 0.3], [2.0, 0.5], [0.0, 1.0], [0.0, -2.0]]
+    cells = [[0, 1, 5], [1, 3, 5], [1, 4, 3], [1, 2, 4], [3, 4, 5], [0, 6, 1], [1, 6, 2]]
+    block = {"block": [np.array([1, 1, 1, 1, 1, 2, 2])]}
+    sliver = split(
+        meshio.Mesh(np.array(points), [("triangle", np.array(cells))], cell_data=block), blocks="block"
+    )
+    write(tmp_path / "sliver.vtu", sliver, "ogs", layer=0.19)
+    with pytest.raises(ValueError, match=r"layer = 0.21: 1 cells, as at \(1, 0.2.*\), would be inside out"):
+        write(tmp_path / "sliver.vtu", sliver, "ogs", layer=0.21)
 
 
 def _turned(mesh: meshio.Mesh) -> meshio.Mesh:
