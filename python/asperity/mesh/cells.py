@@ -21,7 +21,7 @@ from .node_places import NodePlaces
 from .others import raw_of
 from .raw import Pairs, RawMesh, Rows
 from .shapes import FACES, MIRRORED, PLANE, Integers, area, corner_sizes, corners, dimension, in_cells, place
-from .touching import check_touching, joined
+from .touching import check_hinges, check_touching, joined
 
 if TYPE_CHECKING:
     import meshio
@@ -111,6 +111,7 @@ def solids(mesh: RawMesh, blocks: str | None, join: float | None = None) -> Soli
     if join is None or join > 0.0:
         bonded = [np.stack([side.lower, side.upper], 2) for sides in mesh.joints.values() for side in sides]
         check_touching(points, faces, block, names, mesh.labels, join or 0.0, bonded)
+        check_hinges(points, cells, faces, block, names, mesh.labels, bonded)
     return Solids(
         points,
         cells,

@@ -11,7 +11,17 @@ from ..contract import Floats
 from .deck import Block
 from .deck_connections import Link, links_of, nodes_named, nodes_unread, ties_of
 from .deck_model import Model, Section, sides_of
-from .shapes import FACES, Integers, area, corner_sizes, corners, dimension, place
+from .shapes import (
+    FACES,
+    STITCHED,
+    Integers,
+    area,
+    corner_sizes,
+    corners,
+    dimension,
+    place,
+    stitches,
+)
 
 ROUNDING = 1.0e-6
 """Relative difference of two lengths of nodes and sections that are the same but for their digits."""
@@ -38,7 +48,8 @@ def element_problems(model: Model, thickness: Mapping[int, float]) -> list[str]:
     thickness: of the constants of joints (PROPS 9), by the id of their section.
     """
     checks = Checks(model, thickness)
-    return list(dict.fromkeys([*checks.sections(), *checks.elements(), *checks.ties(), *checks.links()]))
+    texts = [*checks.sections(), *checks.elements(), *checks.stitches(), *checks.ties(), *checks.links()]
+    return list(dict.fromkeys(texts))
 
 
 class Checks:
@@ -160,6 +171,14 @@ class Checks:
         if same.any():
             text = "have the same nodes on both sides, and cannot open"
             yield self._named(np.flatnonzero(same), x, text, len(x)) + ": expected nodes for each side"
+
+    def stitches(self) -> Iterator[str]:
+        """Nodes within a joint that both sides have."""
+        nodes = stitches(self._sides)
+        for entry in self.model.cohesive:
+            if len(here := np.intersect1d(nodes, entry.nodes)):
+                where = f"as at {place(self.model.points[here[0]])}"
+                yield f"{entry.block.head()}: {len(here)} nodes within the joint, {where}, {STITCHED}"
 
     def _named(self, rows: Integers, x: Floats, text: str, total: int) -> str:
         return f"{len(rows)} of {total} elements, as at {place(x[rows[0]].mean(0))}: {text}"

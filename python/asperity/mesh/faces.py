@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..contract import Floats
 from .shapes import FACES, Integers, corners, place
@@ -73,6 +75,37 @@ def faces_of(cells: dict[str, Integers], points: Floats, d: int) -> list[Faces]:
         all_faces.append(Faces(nodes, where, owner, side, key_of(nodes, d)))
         all_faces[-1].pair(points)
     return all_faces
+
+
+def in_order(face: Faces, rows: Integers) -> Integers:
+    """Places of the nodes of faces, by rising numbers of the nodes."""
+    return np.take_along_axis(face.place[rows], np.argsort(face.nodes[rows], axis=1), axis=1)
+
+
+def parts_of(
+    cells: Mapping[str, Integers], faces: Sequence[Faces], nodes: Integers, cut: Sequence[NDArray[np.bool_]]
+) -> tuple[Integers, Integers]:
+    """Places of nodes in the cells, and the part of each of them.
+
+    Places at one node are in one part if the cells share a face inside the mesh; cut: pairs of faces that do
+    not count.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    flat = np.concatenate([data.ravel() for data in cells.values()])
+    wanted = np.zeros(int(flat.max()) + 1, bool)
+    wanted[nodes] = True
+    places = np.flatnonzero(wanted[flat])
+    short = np.full(len(flat), -1, np.int64)
+    short[places] = np.arange(len(places))
+    ends = []
+    for face, left_out in zip(faces, cut, strict=True):
+        at = np.flatnonzero(~left_out & wanted[face.nodes[face.first]].any(1))
+        ends.append([short[in_order(face, side[at]).ravel()] for side in (face.first, face.second)])
+    a, b = (end[end >= 0] for end in np.concatenate(ends, axis=1))
+    links = coo_array((np.ones(len(a), np.int8), (a, b)), shape=(len(places),) * 2)
+    return places, connected_components(links, directed=False)[1]
 
 
 def locate(face: Faces, facets: Integers, d: int) -> Integers:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import hosts
+from ..contract import Floats
 from ..material import ModelWarning
 from .jointed import Jointed
 from .shapes import corner_sizes, corners, place
@@ -147,11 +148,12 @@ def _check_layer(mesh: Jointed, h: float) -> None:
         if h >= most:
             raise ValueError(f"layer = {h:g}: expected less than {most:.3g}, for the cells at joint {name}")
         across = np.einsum("fkd,fd->fk", points[joint.plus] - points[joint.minus], joint.axes[:, 0])
-        error = np.where(joint.minus == joint.plus, 0.0, np.abs(across - h))
-        if (bad := (error > UNEVEN * h).any(1)).any():
+        error: Floats = np.where(joint.minus == joint.plus, 0.0, np.abs(across - h))
+        bad = np.flatnonzero((error > UNEVEN * h).any(1))
+        if len(bad):
             face, node = np.unravel_index(error.argmax(), error.shape)
             where = f"as at {place(mesh.points[joint.minus[face, node]])} {across[face, node]:.3g}"
-            text = f"layer = {h:g}: {bad.sum()} of {len(bad)} faces of joint {name} have other thicknesses"
+            text = f"layer = {h:g}: {len(bad)} of {len(error)} faces of joint {name} have other thicknesses"
             text = (
                 f"{text}, {where}, as faces meet at sharp angles: their separations are wrong by that factor"
             )
@@ -161,7 +163,7 @@ def _check_layer(mesh: Jointed, h: float) -> None:
             warnings.warn(f"{text} are too stiff, and break too early", ModelWarning, stacklevel=3)
     for kind, cells in mesh.cells.items():
         turned = (corner_sizes(kind, points[cells]) <= 0.0) & (corner_sizes(kind, mesh.points[cells]) > 0.0)
-        if (bad := turned.any(1)).any():
-            where = place(mesh.points[cells[bad][0]].mean(0))
-            text = f"layer = {h:g}: {bad.sum()} cells, as at {where}, would be inside out"
+        if len(bad := np.flatnonzero(turned.any(1))):
+            where = place(mesh.points[cells[bad[0]]].mean(0))
+            text = f"layer = {h:g}: {len(bad)} cells, as at {where}, would be inside out"
             raise ValueError(f"{text}: expected a thinner layer, or larger cells there")

@@ -6,7 +6,7 @@ import numpy as np
 
 from .cells import Solids
 from .faces import Faces, Sides, locate
-from .shapes import area, corners, place
+from .shapes import STITCHED, area, corners, place, stitches
 
 
 def sides_of_file(old: Solids, face: Faces, name: str) -> Sides:
@@ -56,3 +56,8 @@ def check_sides(old: Solids) -> None:
             text = f"{pairs.where}: {len(bad)} of {len(between)} elements, as at {where}, do not lie between"
             wanted = "expected common nodes, or tied ones at one place; shells and other meshes are none"
             raise ValueError(f"{text} two solids that share their nodes: {wanted}")
+    everywhere = [pairs for parts in old.joints.values() for pairs in parts]
+    if len(nodes := stitches((pairs.lower, pairs.upper) for pairs in everywhere)):
+        first = next(pairs for pairs in everywhere if np.isin(nodes[0], pairs.lower))
+        where = f"{first.where}: {len(nodes)} nodes within the joint, as at {place(old.points[nodes[0]])}"
+        raise ValueError(f"{where}, {STITCHED}")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -50,6 +52,9 @@ MIRRORED = {
 }  # fmt: skip
 """Order of the nodes of a cell that turns it inside out."""
 
+STITCHED = "are those of both sides, and cannot open: expected nodes for each side but where a joint ends"
+"""What is wrong with nodes that stitch a joint together."""
+
 _CORNERS = {
     "triangle": ((0, 1, 2),),
     "quad": tuple((k, (k + 1) % 4, (k + 3) % 4) for k in range(4)),
@@ -73,6 +78,28 @@ def in_cells(*cells: Integers) -> Integers:
     for rows in cells:
         used[rows.ravel()] = True
     return np.flatnonzero(used)
+
+
+def stitches(sides: Iterable[tuple[Integers, Integers]]) -> Integers:
+    """Nodes that both sides (f, k) of joints have where these do not end.
+
+    Joints end at nodes or edges of one face alone; faces that have all nodes in common do not count.
+    """
+    none = np.zeros(0, np.int64)
+    common, ends, within = [none], [none], [none]
+    parts: dict[int, list[Integers]] = {}
+    for lower, upper in sides:
+        open_ = (lower != upper).any(1)
+        label = np.minimum(lower, upper)[open_]  # one for each place but those at which joints meet
+        common.append(label[(lower == upper)[open_]])
+        edges = [label] if label.shape[1] == 2 else [label, np.roll(label, -1, axis=1)]
+        parts.setdefault(len(edges), []).append(np.sort(np.stack(edges, 2).reshape(-1, len(edges)), axis=1))
+    nodes = np.unique(np.concatenate(common))
+    for rows in parts.values():
+        edges_of, count = np.unique(np.concatenate(rows), axis=0, return_counts=True)
+        ends.append(edges_of[count == 1].ravel())
+        within.append(edges_of[(count > 1) & np.isin(edges_of, nodes).all(1)].ravel())
+    return np.union1d(np.setdiff1d(nodes, np.concatenate(ends)), np.concatenate(within))
 
 
 def dimension(kind: str) -> int:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..contract import Floats
 from ..material import ModelWarning
 from .cells import Solids, read, solids
-from .faces import Faces, Sides, locate
+from .faces import Faces, Sides, in_order, locate, parts_of
 from .jointed import Joint, Jointed
 from .own_joints import check_sides, sides_of_file
 from .raw import RawMesh
@@ -205,32 +205,16 @@ def _choose(joints: Joints, old: Solids) -> list[Integers]:
 
 
 def _double(old: Solids, chosen: list[Integers]) -> tuple[Integers, Integers]:
-    """Node of every place in the cells, and the old node of every node.
-
-    Places at one node belong together if the cells share a face that is no joint.
-    """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
+    """Node of every place in the cells, and the old node of every node, of which each part of it has one."""
     n, flat = len(old.points), np.concatenate([data.ravel() for data in old.cells.values()])
-    torn = np.zeros(n, bool)
-    for face, joint_of in zip(old.faces, chosen, strict=True):
-        torn[face.nodes[face.first[joint_of >= 0]]] = True
-    places = np.flatnonzero(torn[flat])
-    short = np.full(len(flat), -1, np.int64)
-    short[places] = np.arange(len(places))
-    ends = []
-    for face, joint_of in zip(old.faces, chosen, strict=True):
-        at = np.flatnonzero((joint_of < 0) & torn[face.nodes[face.first]].any(1))
-        ends.append([short[_in_order(face, side[at]).ravel()] for side in (face.first, face.second)])
-    a, b = (end[end >= 0] for end in np.concatenate(ends, axis=1))
-    links = coo_array((np.ones(len(a), np.int8), (a, b)), shape=(len(places),) * 2)
-    count, part = connected_components(links, directed=False)
-    node = np.zeros(count, np.int64)
+    cut = [joint_of >= 0 for joint_of in chosen]
+    torn = [face.nodes[face.first[at]].ravel() for face, at in zip(old.faces, cut, strict=True)]
+    places, part = parts_of(old.cells, old.faces, np.unique(np.concatenate(torn)), cut)
+    node = np.zeros(int(part.max(initial=-1)) + 1, np.int64)
     node[part] = flat[places]
     order = np.argsort(node, kind="stable")
     first = np.r_[True, np.diff(node[order]) > 0][: len(order)]
-    number = np.empty(count, np.int64)
+    number = np.empty(len(node), np.int64)
     number[order] = np.where(first, node[order], n + np.cumsum(~first) - 1)
     node_of_place = flat.copy()
     node_of_place[places] = number[part]
@@ -238,11 +222,6 @@ def _double(old: Solids, chosen: list[Integers]) -> tuple[Integers, Integers]:
     used = np.zeros(len(origin), bool)
     used[node_of_place] = True
     return (np.cumsum(used) - 1)[node_of_place], origin[used]
-
-
-def _in_order(face: Faces, rows: Integers) -> Integers:
-    """Places of the nodes of faces, by rising numbers of the nodes."""
-    return np.take_along_axis(face.place[rows], np.argsort(face.nodes[rows], axis=1), axis=1)
 
 
 def _inside(old: Solids, face: Faces, at: Integers, turn: NDArray[np.bool_]) -> Sides:
@@ -253,7 +232,7 @@ def _inside(old: Solids, face: Faces, at: Integers, turn: NDArray[np.bool_]) -> 
     normal *= np.sign(np.einsum("fd,fd->f", normal, old.centres[b] - old.centres[a]))[:, None]
     first, second = np.where(turn, second, first), np.where(turn, first, second)
     plus = np.empty((len(at), face.nodes.shape[1]), np.int64)
-    np.put_along_axis(plus, np.argsort(face.nodes[first], axis=1), _in_order(face, second), axis=1)
+    np.put_along_axis(plus, np.argsort(face.nodes[first], axis=1), in_order(face, second), axis=1)
     pair = np.stack([first, second], 1)
     return face.place[first], plus, face.cell[pair], face.side[pair], np.where(turn[:, None], -normal, normal)
 

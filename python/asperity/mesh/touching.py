@@ -9,7 +9,7 @@ import numpy as np
 
 from ..contract import Floats
 from ..material import ModelWarning
-from .faces import Faces
+from .faces import Faces, parts_of
 from .labels import Labels
 from .shapes import Integers, corners, in_cells, place
 
@@ -130,6 +130,48 @@ def check_touching(
                 "(fragmented or merged before they are meshed); --join 0 leaves them apart"
             )
         first += len(facets)
+
+
+def check_hinges(
+    points: Floats,
+    cells: dict[str, Integers],
+    faces: list[Faces],
+    block: Integers,
+    names: list[str],
+    labels: Labels,
+    bonded: list[Integers],
+) -> None:
+    """Raise ValueError, with place and blocks, where blocks have common nodes and no common faces.
+
+    This is so where the faces on both sides of a joint are divided in another way: these would stay bonded.
+    bonded (f, k, 2): nodes of the sides of joints that the file has, which are left out.
+    """
+    flat = np.concatenate([data.ravel() for data in cells.values()])
+    owner = np.repeat(block, np.concatenate([np.full(len(data), data.shape[1]) for data in cells.values()]))
+    first, last = _extremes(flat, owner, len(points))
+    outside = in_cells(*(face.nodes[face.number < 0] for face in faces))
+    of_joints = np.concatenate([np.zeros(0, np.int64), *(rows.ravel() for rows in bonded)])
+    nodes = np.setdiff1d(outside[first[outside] < last[outside]], of_joints)
+    places, part = parts_of(cells, faces, nodes, [np.zeros(len(face.first), bool) for face in faces])
+    least, most = _extremes(part, owner[places], len(places))
+    lowest, highest = (_extremes(flat[places], ends[part], len(points)) for ends in (most, least))
+    apart = np.flatnonzero(highest[1] > lowest[0])  # two parts without a common block
+    if len(apart):
+        k = int(apart[0])
+        a, b = names[lowest[0][k]], names[highest[1][k]]
+        raise ValueError(
+            f"{len(apart)} nodes, as {labels.node(k)} at {place(points[k])}, are those of blocks without "
+            f"common faces there, as {a} and {b}: expected faces that are divided in one way on both sides; "
+            "--join 0 leaves them"
+        )
+
+
+def _extremes(at: Integers, values: Integers, count: int) -> tuple[Integers, Integers]:
+    """Smallest and largest of the values at each of `count` numbers; -1 for the largest of none."""
+    least, most = np.full(count, np.iinfo(np.int64).max), np.full(count, -1)
+    np.minimum.at(least, at, values)
+    np.maximum.at(most, at, values)
+    return least, most
 
 
 def _warn_of_cracks(pairs: Integers, points: Floats, bonded: list[Integers], labels: Labels) -> None:

@@ -376,6 +376,24 @@ def _rigid_body(low: str, up: str) -> str:
     return f"*Nset, nset={name}\n{low}, {up}\n*Rigid Body, ref node=1000000, tie nset={name}\n"
 
 
+def _stitched(text: str, edge: bool) -> str:
+    """The elements of both sides have one node within the joint, or those of the edge of two elements."""
+    part = re.search(r"\*Element, type=COH.*\n([^*]*)", text)
+    assert part
+    rows = [row.split(", ")[1:] for row in part[1].splitlines()]
+    n = len(rows[0])
+    pairs = [{(row[i], row[n - 1 - i] if n == 4 else row[i + n // 2]) for i in range(n // 2)} for row in rows]
+    each = [pair for around in pairs for pair in around]
+    most = max(each, key=each.count)
+    edges = [a & b for k, a in enumerate(pairs) for b in pairs[:k] if len(a & b) == (1 if n == 4 else 2)]
+    merged = {most} if each.count(most) >= {4: 2, 6: 6, 8: 4}[n] else set()
+    for low, up in next(iter(edges), set()) if edge else merged:
+        blocks = re.split(r"(\*Element, .*\n[^*]*)", text)
+        blocks[1::2] = [re.sub(rf"(?<=, ){up}\b", low, block) for block in blocks[1::2]]
+        text = "".join(blocks)
+    return text
+
+
 def _stack(text: str) -> str:
     """The stack direction of the section is another one."""
     bare = re.sub(r", stack direction=\d", "", text)
@@ -388,6 +406,8 @@ MISTAKES: dict[str, Callable[[str], str]] = {
     "one twisted": lambda text: _of_joint(text, lambda rows, n: _twisted(rows[:1], n) + rows[1:]),
     "inside out": lambda text: _of_joint(text, _inside_out),
     "closed": lambda text: _of_joint(text, lambda rows, n: [_closed(row, n) for row in rows]),
+    "stitched": lambda text: _stitched(text, edge=False),
+    "stitched edge": lambda text: _stitched(text, edge=True),
     "twice": lambda text: _of_joint(text, lambda rows, n: [*rows, ["900", *rows[-1][1:]]]),
     "forgotten": _forgotten,
     "empty section": lambda text: text.replace(

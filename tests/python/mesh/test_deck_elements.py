@@ -65,6 +65,22 @@ def test_joints_without_solids(tmp_path: Path) -> None:
         split(placed(tmp_path, lower))
 
 
+@pytest.mark.parametrize("kind", ["stitched", "stitched edge"])
+def test_joints_that_are_stitched(tmp_path: Path, kind: str) -> None:
+    """Nodes within a joint that both sides have are refused, with their place."""
+    found = 0
+    for seed in range(DRAWN):
+        text = bonded(np.random.default_rng([seed, 2]), tied=False, ways=False).text
+        stitched = MISTAKES[kind](text)
+        if stitched != text:
+            found += 1
+            with pytest.raises(
+                ValueError, match=r"line \d+: \*Element: [12] nodes within the joint, as at .* cannot open"
+            ):
+                split(placed(tmp_path, stitched))
+    assert found > EACH
+
+
 def beside_shells(*shells: str) -> str:
     """A cohesive element between two faces, each of a shell or of a solid."""
     text = "*Node\n" + "".join(

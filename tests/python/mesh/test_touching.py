@@ -42,6 +42,37 @@ def test_advice_for_nodes_that_are_close(tmp_path: Path, gap: float) -> None:
         split(path, join=float(text))
 
 
+def bent(bend: float) -> str:
+    """Four cubes on four, between whose upper ones and the lower ones one face is bent and has two wedges."""
+    points = [(i, j, k) for k in range(3) for j in range(2) for i in range(3)]
+    text = "*Node\n" + "".join(
+        f"{n + 1}, {x}, {y}, {z if (x, y, z) != (2, 1, 1) else 1 + bend}\n"
+        for n, (x, y, z) in enumerate(points)
+    )
+    at = {point: n + 1 for n, point in enumerate(points)}
+    base = [(0, 0), (1, 0), (1, 1), (0, 1)]
+
+    def cell(i: int, k: int, ends: tuple[int, ...] = (0, 1, 2, 3)) -> str:
+        return ", ".join(str(at[i + base[n][0], base[n][1], k + up]) for up in (0, 1) for n in ends)
+
+    text += f"*Element, type=C3D8, elset=LOWER\n1, {cell(0, 0)}\n2, {cell(1, 0)}\n"
+    text += f"*Element, type=C3D8, elset=UPPER\n3, {cell(0, 1)}\n"
+    return (
+        text + f"*Element, type=C3D6, elset=UPPER\n4, {cell(1, 1, (0, 1, 2))}\n5, {cell(1, 1, (0, 2, 3))}\n"
+    )
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.1])
+def test_faces_that_are_divided_in_another_way(tmp_path: Path, bend: float) -> None:
+    """Blocks with common nodes and no common faces would stay bonded, and are refused."""
+    path = placed(tmp_path, {"bent.inp": bent(bend)})
+    with pytest.raises(
+        ValueError, match=r"expected (blocks that share their faces|faces that are divided in one way)"
+    ):
+        split(path)
+    assert sum(len(part.area) for part in split(path, join=0.0).joints["joint"]) == 1
+
+
 def test_instances_that_touch(tmp_path: Path) -> None:
     """They are refused with number, place and blocks, joined on request, or left apart."""
     above = CUBE.replace("3., 0., 2.\n3., 0., 2., 4., 0., 2., 90.", "0., 0., 2.")
