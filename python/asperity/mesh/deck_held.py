@@ -44,7 +44,7 @@ def held_problems(model: Model, sections: Container[int]) -> Iterator[str]:
 
     sections: those of joints, by id.
     """
-    joint = list(_elements(model, sections))
+    joint = list(model.of_sections(sections))
     ties = ties_of(model)
     for group in (*_bodies(model), _supports(model)):
         held = _with_tied(model, ties, group.nodes)
@@ -55,15 +55,6 @@ def held_problems(model: Model, sections: Container[int]) -> Iterator[str]:
             head = (by or [group.named[0][0]])[0].head()
             text = f"{head}: {group.text} all nodes of {count} elements of a joint"
             yield f"{text}, as at {place(model.points[first].mean(0))}: expected one side that can move"
-
-
-def _elements(model: Model, sections: Container[int]) -> Iterator[Integers]:
-    """Nodes (m, k) of the elements of joints, which are cohesive ones, or solids of CalculiX."""
-    for section in model.sections:
-        if id(section.block) in sections:
-            yield from (entry.nodes[np.isin(entry.places, section.elements)] for entry in model.cohesive)
-            rows = model.by_array(section.elements)
-            yield from (cells[at] for (_, cells), at in zip(model.cells, rows, strict=True))
 
 
 def _with_tied(model: Model, ties: Iterable[Tie], group: Mask) -> Mask:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -129,6 +129,14 @@ class Model:
                 places = self.elements[id(scope)](block, numbers)
                 entries.append(Cohesive(block, scope, places, nodes.reshape(-1, count)))
         return entries
+
+    def of_sections(self, sections: Container[int]) -> Iterator[Integers]:
+        """Nodes (m, k) of the elements, cohesive ones and cells, of sections by their id."""
+        for section in self.sections:
+            if id(section.block) in sections:
+                yield from (entry.nodes[np.isin(entry.places, section.elements)] for entry in self.cohesive)
+                rows = self.by_array(section.elements)
+                yield from (cells[at] for (_, cells), at in zip(self.cells, rows, strict=True))
 
     def types_of(self, elements: Integers) -> set[str]:
         """Types of elements."""

@@ -27,7 +27,7 @@ def deck(
     solids += "3, 7, 8, 11, 10\n4, 8, 9, 12, 11\n"
     joints = f"*Element, type={kind}\n7, 4, 5, 8, 7\n8, 5, 6, 9, 8\n"
     card = CARD if water == 0 else JOINT.card("abaqus", name="JOINT", dimension=2, water=water)
-    return f"*Node\n{nodes}{solids}{joints}{elset}{card}{field}*Step, unsymm=YES\n*End Step\n"
+    return f"*Node, nset=ALL\n{nodes}{solids}{joints}{elset}{card}{field}*Step, unsymm=YES\n*End Step\n"
 
 
 def circle(sets: int) -> str:
@@ -49,6 +49,8 @@ def circle(sets: int) -> str:
         (deck(2, field=FIELD.replace("FIELD", "TEMPERATURE")), 1, "expected *Field, variable=2"),
         (deck(2, field="*Field, variable=2\n** to come\n"), 1, "has one without data (TMP/job.inp, line"),
         (deck(2, field="*Field, variable=2\n" + FIELD), 0, "sections and water agree"),
+        (deck(2, field=FIELD.replace("ALL", "WET")), 1, "field has no value at 6 of 6 nodes of the joint"),
+        (deck(2, field=FIELD.replace("ALL", "4, .5\n5, .5\n6")), 1, "no value at 3 of 6 nodes of the joint"),
         (deck(2, field="*Field, variable=2, file=flow, bstep=1\n"), 0, "sections and water agree"),
         (deck(2, field="*Field, variable=2, input=none.txt\n"), 1, "input=none.txt: no such file"),
         (deck(2, elset=circle(3)), 1, "S1: expected a number or a set that is there"),
