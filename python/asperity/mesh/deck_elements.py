@@ -10,6 +10,7 @@ import numpy as np
 from ..contract import Floats
 from .deck import Block
 from .deck_connections import Link, links_of, nodes_named, nodes_unread, ties_of
+from .deck_layers import layers_of
 from .deck_model import Model, Section, sides_of
 from .shapes import (
     FACES,
@@ -58,7 +59,12 @@ class Checks:
     def __init__(self, model: Model, thickness: Mapping[int, float]) -> None:
         """Find the section of each element."""
         self.model, self.thickness, self.all_ties = model, thickness, ties_of(model)
-        count = max((int(entry.places.max()) for entry in model.cohesive), default=-1) + 1
+        layers = {id(s.block) for s in model.sections if s.block.keyword == "SOLID SECTION"} & {*thickness}
+        self.layers = list(layers_of(model, layers))
+        self.entries = [*model.cohesive, *self.layers]
+        self.is_layer = np.zeros(int(model.first[-1]), bool)
+        self.is_layer[np.concatenate([np.zeros(0, np.int64), *(at.places for at in self.layers)])] = True
+        count = max((int(entry.places.max()) for entry in self.entries), default=-1) + 1
         self.section = np.full(count, -1)
         self.times = np.zeros(count, np.int64)
         for k, section in enumerate(model.sections):
@@ -70,7 +76,7 @@ class Checks:
         """Elements in no section or in two, twice there, and sections without elements."""
         yield from self._solids_of_the_deck()
         seen: set[tuple[int, ...]] = set()
-        for entry in self.model.cohesive:
+        for entry in self.entries:
             kind = entry.block.name("TYPE").upper()
             if lost := int((self.times[entry.places] == 0).sum()):
                 text = f"{lost} elements of type {kind} are in no section: expected a *Cohesive Section"
@@ -113,17 +119,18 @@ class Checks:
 
     def elements(self) -> Iterator[str]:
         """Order of the nodes, thickness, solids on both sides, and width."""
-        for entry in self.model.cohesive:
+        for entry in self.entries:
             sections = self.section[entry.places]
             for k in np.unique(sections[sections >= 0]).tolist():
                 section = self.model.sections[k]
-                if section.block.keyword != "COHESIVE SECTION":
+                is_layer = any(entry is layer for layer in self.layers)
+                if section.block.keyword != "COHESIVE SECTION" and not is_layer:
                     continue
                 rows = np.flatnonzero(sections == k)
                 way = section.block.parameters.get("STACK DIRECTION")
                 nodes = entry.nodes[rows]
                 head, d = entry.block.head(), 2 if nodes.shape[1] == 4 else 3
-                wrong = list(self._shapes(nodes, way, entry.block, d))
+                wrong = [] if is_layer else list(self._shapes(nodes, way, entry.block, d))
                 yield from (f"{head}: {text}" for text in wrong)
                 if wrong:
                     continue
@@ -175,7 +182,7 @@ class Checks:
     def stitches(self) -> Iterator[str]:
         """Nodes within a joint that both sides have."""
         nodes = stitches(self._sides)
-        for entry in self.model.cohesive:
+        for entry in self.entries:
             if len(here := np.intersect1d(nodes, entry.nodes)):
                 where = f"as at {place(self.model.points[here[0]])}"
                 yield f"{entry.block.head()}: {len(here)} nodes within the joint, {where}, {STITCHED}"
@@ -281,7 +288,7 @@ class Checks:
         Solids come before shells and beams, which are such faces themselves.
         """
         wanted = np.zeros(len(self.model.points), bool)
-        for entry in self.model.cohesive:
+        for entry in self.entries:
             wanted[entry.nodes] = True
         faces: dict[tuple[int, ...], list[tuple[int, bool]]] = {}
         arrays = list(zip(self.model.first.tolist(), self.model.cells, strict=False))
@@ -294,6 +301,7 @@ class Checks:
             for local, c in sides:
                 nodes = cells[:, local[:c]]
                 at = np.flatnonzero(wanted[nodes].all(1))
+                at = at[~self.is_layer[first + at]]
                 for row, key in zip(at.tolist(), np.sort(nodes[at], axis=1).tolist(), strict=True):
                     faces.setdefault(tuple(key), []).append((first + row, len(local) > c))
         return faces
@@ -360,7 +368,8 @@ class Checks:
         for tie in self.all_ties:
             for mine, other in ((0, 1), (1, 0)):
                 here = np.isin(side, tie.nodes[mine]).all(1)
-                cohesive = (tie.elements[mine] >= self.model.first[-1]).any()
+                cells = tie.elements[mine][tie.elements[mine] < self.model.first[-1]]
+                cohesive = len(cells) < len(tie.elements[mine]) or self.is_layer[cells].any()
                 twice |= (
                     here
                     & np.isin(solid, tie.elements[other])
@@ -445,7 +454,7 @@ class Checks:
     def _sides(self) -> list[tuple[Integers, Integers]]:
         """Nodes of the lower and the upper side of the cohesive elements with a section."""
         pairs = []
-        for entry in self.model.cohesive:
+        for entry in self.entries:
             sections = self.section[entry.places]
             for k in np.unique(sections[sections >= 0]).tolist():
                 way = self.model.sections[k].block.parameters.get("STACK DIRECTION")

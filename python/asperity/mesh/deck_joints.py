@@ -145,7 +145,11 @@ def judged(path: Path) -> Judgement:
         {id(joint.section): joint.material.of("h") for joint in joints if joint.section.keyword == keyword}
         for keyword in SECTIONS
     )
-    wrong += element_problems(model, cohesive) + layer_problems(model, layers) + water_problems(model, wet)
+    wrong += (
+        element_problems(model, {**cohesive, **layers})
+        + layer_problems(model, layers)
+        + water_problems(model, wet)
+    )
     wrong += held_problems(model, {*cohesive, *layers})
     return Judgement(wrong, doubtful, notes, read)
 

@@ -154,9 +154,10 @@ def _check_layer(mesh: Jointed, h: float) -> None:
             face, node = np.unravel_index(error.argmax(), error.shape)
             where = f"as at {place(mesh.points[joint.minus[face, node]])} {across[face, node]:.3g}"
             text = f"layer = {h:g}: {len(bad)} of {len(error)} faces of joint {name} have other thicknesses"
-            text = (
-                f"{text}, {where}, as faces meet at sharp angles: their separations are wrong by that factor"
-            )
+            text = f"{text}, {where}, as faces meet at sharp angles"
+            if (across[joint.minus != joint.plus] <= 0.0).any():
+                raise ValueError(f"{text}: expected joints that cross at larger angles")
+            text = f"{text}: their separations are wrong by that factor"
             warnings.warn(text, ModelWarning, stacklevel=3)
         if joint.tips:
             text = f"joint {name} ends inside the mesh, where its layer has no thickness: its last elements"

@@ -176,7 +176,8 @@ def test_joints_of_calculix(change: str, words: str, said, tmp_path: Path) -> No
     nodes = "".join(f"{n + 1}, {n % 4 in (1, 2):d}., {n % 4 > 1:d}., {n // 4}.\n" for n in range(8))
     mesh = f"*NODE\n{nodes}*ELEMENT, TYPE=C3D8, ELSET=JOINT\n1, 1, 2, 3, 4, 5, 6, 7, 8\n"
     text = mesh.replace("JOINT", "NONE" if "293" in change else "JOINT")
-    text += JOINT.card("calculix", name="JOINT") + "*STEP\n*END STEP\n"
+    held = "".join(f"{n}, 1, 3, {0.1 if n > 4 else 0.0}\n" for n in range(1, 9))
+    text += JOINT.card("calculix", name="JOINT") + f"*STEP\n*BOUNDARY\n{held}*END STEP\n"
     old, _, new = change.partition("|")
     (tmp_path / "job.inp").write_text(re.sub(old, new, text), encoding="utf-8")
     code = int("agree" not in words and "a UMAT for names" not in words)

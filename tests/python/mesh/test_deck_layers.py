@@ -50,6 +50,28 @@ def stack(height: float = H, axes: tuple[int, ...] = (0, 1, 2), corners: int = 4
         (stack(axes=(2, 0, 1)).replace("MATERIAL=ABAQUSJOINT", TURNED), ""),
         (stack().replace("MATERIAL=ABAQUSJOINT", TURNED), "another normal than the third axis of"),
         (stack().replace("MATERIAL=ABAQUSJOINT", TURNED).replace("0., 1.\n", "0., 1.\n2, 90.\n"), ""),
+        (
+            stack().replace("MATERIAL=ABAQUSJOINT", "MATERIAL=ABAQUSJOINT, ORIENTATION=TURN"),
+            "no *Orientation has",
+        ),
+        (
+            stack().replace(
+                "9, 10, 11, 12\n*ELEMENT", "9, 10, 11, 12\n4, 5, 6, 7, 8, 9, 10, 11, 12\n*ELEMENT"
+            ),
+            "once",
+        ),
+        (
+            stack().replace("9, 10, 11, 12, 13", "13, 14, 15, 16, 13"),
+            "of the upper side are those of no solid",
+        ),
+        (
+            stack().replace(
+                "*MATERIAL, NAME=ROCK", "*EQUATION\n2\n5, 3, 1., 9, 3, -1.\n*MATERIAL, NAME=ROCK"
+            ),
+            "past",
+        ),
+        (stack().replace("*STEP", "*SOLID SECTION, ELSET=JOINT, MATERIAL=ROCK\n*STEP"), "in two sections"),
+        (stack().replace("=ROCK", "=ABAQUSJOINT"), "of the lower side are those of no solid"),
         (stack().replace("*STEP", "*STEP, NLGEOM"), "NLGEOM: expected none"),
         (stack().replace("*STEP", "*STEP, NLGEOM=NO"), ""),
     ],
