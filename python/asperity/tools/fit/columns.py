@@ -179,6 +179,31 @@ CHINESE = {
 """Names of the columns in Chinese."""
 
 
+STATISTICS = frozenset(
+    "mean average avg median std sd stdev stddev standarddeviation standarderror cov cv coefficient variance "
+    "min minimum max maximum range sum total count mittel mittelwert standardabweichung stdabw stabw varianz "
+    "variationskoeffizient summe anzahl moyenne mediane ecarttype somme media mediana deviazionestandard "
+    "scartotipo scartoquadraticomedio coefficiente promedio desviacionestandar desviaciontipica coeficiente "
+    "desviopadrao minimo massimo maximo suma soma \u5e73\u5747 \u5e73\u5747\u503c \u5747\u503c "
+    "\u6807\u51c6\u5dee \u53d8\u5f02\u7cfb\u6570 \u6700\u5927\u503c \u6700\u5c0f\u503c".split()
+)
+"""Words of statistics in these languages without blanks and points, as in `Std. dev.`."""
+
+OF_WHAT = re.compile(r"[(\[:=\d]|\b(?:values?|of|for|at|von|bei|des?|di)\b")
+"""What ends a word of statistics, and tells of which rows it is."""
+
+SHORT = 3
+"""Letters up to which a word with a number, as SD 1, is a name."""
+
+
+def is_statistic(cell: str) -> bool:
+    """Whether a cell is a word of statistics, so that its row in a table is not that of a specimen."""
+    text = unicodedata.normalize("NFKD", cell.casefold())
+    text = "".join(letter for letter in text if not unicodedata.combining(letter))
+    word = re.sub(r"[\W_]", "", OF_WHAT.split(text)[0])
+    return word in STATISTICS and not (len(word) <= SHORT and re.search(r"^\W*\w+\W*\d", text))
+
+
 def standard(name: str) -> str:
     """Column that a name of a laboratory stands for, or the name."""
     chinese = next((column for column, rule in CHINESE.items() if re.match(rule, name.strip())), "")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ from .columns import (
     STRENGTHS,
     columns_of,
     factors_of,
+    is_statistic,
     with_names,
 )
 from .shear_test import ShearTest, check_rows, check_sizes, check_stiffness
@@ -185,6 +187,7 @@ def _read(
             raise ValueError(none)
         table = with_names(table, renamed, decimal)
     names = columns_of(table, renamed, optional, area is not None)
+    table = specimens(table) if {"peak", "peak_force"} & {*names} else table
     measured = {name: unit for name, unit in zip(names, table.units, strict=True) if name in MEASURES}
     factors = factors_of(f"{path}: line {table.line}", measured, target or DEFAULT)
     if not len(table.cells):
@@ -219,6 +222,17 @@ def _read(
     lines = ", ".join([*map(str, left_out[:10]), *(["..."] if len(left_out) > 10 else [])])
     warn_if(left_out, f"{path}: rows left out, because a cell is empty: {len(left_out)} (line {lines})")
     return tests
+
+
+def specimens(table: Table) -> Table:
+    """Table of strengths without the rows of means and other statistics, which a ModelWarning names."""
+    rows = zip(table.lines, table.cells.to_numpy().tolist(), strict=True)
+    found = {line: cell for line, cells in rows for cell in cells if is_statistic(cell)}
+    shown = ", ".join(f"line {line}: {cell}" for line, cell in found.items())
+    if found and len(found) == len(table.cells):
+        raise ValueError(f"{table.path}: {shown}: expected rows of specimens, not of statistics alone")
+    warn_if(found, f"{table.path}: rows of statistics left out, which are no specimens: {shown}")
+    return replace(table, cells=table.cells.drop(index=[*found]))
 
 
 def _strengths(rows: DataFrame) -> list[Strength]:

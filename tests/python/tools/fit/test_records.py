@@ -176,6 +176,24 @@ def test_headings_of_strengths(column: str, headings: str, tmp_path: Path) -> No
         assert [-test.sigma_N for test in tests] == numbers["sigma_N"], heading
 
 
+STATISTICS = (
+    "Mean; AVERAGE; avg.; Median; Std. dev.; St.Dev; Standard deviation (n = 3); s.d.; CoV [%]; c.o.v.; min"
+    "; Max.; Mittelwert; Std.-Abw.; Moyenne; \u00c9cart-type; Media; Desviaci\u00f3n est\u00e1ndar; mean of 3"
+    "; Mean 0.2 MPa; Coefficient of variation; Sum; \u5e73\u5747\u503c"
+)
+
+
+@pytest.mark.parametrize("word", STATISTICS.split("; "))
+def test_rows_of_statistics(word: str, tmp_path: Path) -> None:
+    """A mean or deviation below the specimens of a table is left out, and named."""
+    rows = "T1;1;1.2\nSD 1;2;2.2\nMean joint;3;3.1\n"
+    found, caught = warned(write(tmp_path, f"Specimen;sigma_N;peak\n{rows}{word};2;2.2\n"))
+    assert [one.peak for one in found] == [1.2, 2.2, 3.1]
+    assert f"record.csv: rows of statistics left out, which are no specimens: line 5: {word}" in "".join(
+        caught
+    )
+
+
 def test_headings_of_curves(tmp_path: Path) -> None:
     """A dilation angle is no dilation, an opening is one, and a closure has its names in other languages."""
     text = (HEADER + ROWS).replace("dilation", "Opening").replace(",-1\n", ",-1,30\n")

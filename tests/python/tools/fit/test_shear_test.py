@@ -164,6 +164,11 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
         {},
         "expected peak, too (--columns peak=HEADER, in Python columns=",
     ),
+    (
+        "name,sigma_N,peak\nmean,1,2\nsd,0,1\n",
+        {},
+        "record.csv: line 2: mean, line 3: sd: expected rows of spe",
+    ),
     ("sigma_N,normal displacement\n1,0.1\n2,0.2\n", {}, "a closure test has no slip: --columns closure=HEA"),
 ]
 
