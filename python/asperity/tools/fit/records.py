@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 
 from ... import contract
 from ...contract import Floats
-from ..tables import Table, raise_all, read_tables, warn_if
+from ..tables import Table, raise_all, read_tables, size, warn_if
 from ..units import area_of
 from .closure_test import ClosureTest
 from .columns import (
@@ -39,6 +40,7 @@ from .thresholds import (
     LEAP,
     LEAST_NOISE,
     LEAST_WAY,
+    MARK,
     OF_CYCLE,
     PART,
     RESTING,
@@ -48,6 +50,7 @@ from .thresholds import (
     ROWS_OF_TEST,
     SURELY,
     UNLOADED,
+    USUAL,
 )
 
 if TYPE_CHECKING:
@@ -134,6 +137,7 @@ def read_tests(
         return closures
     if column == "peak":
         strengths: list[Strength] = _of_all(tables, _strengths)
+        _check_units(strengths)
         return strengths
     tests: list[ShearTest] = _of_all(tables, lambda rows: _tests(rows, k_T, sigma_N_path))
     check_sizes(tests)
@@ -193,8 +197,10 @@ def _read(
     if not len(table.cells):
         raise ValueError(none)
     places = [names.index(name) for name in measured]
-    data = table.numbers(places, [*measured], [*measured], decimal) * factors
-    rows = DataFrame(data, index=table.lines, columns=[*measured])
+    numbers = table.numbers(places, [*measured], [*measured], decimal)
+    rows = DataFrame(numbers, index=table.lines, columns=[*measured])
+    refuse_marks(path, rows)
+    rows *= factors
     rows, shrinks = (rows, False) if area is None else over_area(rows, area, FORCES)
     measured = {name: "" for name in rows} | {name: unit for name, unit in measured.items() if name in rows}
     labels = target or (DEFAULT if any(measured.values()) else ())
@@ -233,6 +239,37 @@ def specimens(table: Table) -> Table:
         raise ValueError(f"{table.path}: {shown}: expected rows of specimens, not of statistics alone")
     warn_if(found, f"{table.path}: rows of statistics left out, which are no specimens: {shown}")
     return replace(table, cells=table.cells.drop(index=[*found]))
+
+
+def refuse_marks(path: Path, rows: DataFrame) -> None:
+    """Raise ValueError for -99, 9999 and other marks of missing values, far from the numbers of a column."""
+    wrong = []
+    for name, column in rows.items():
+        large = column[column.abs() >= 99.0]
+        marks = large[[bool(re.fullmatch(r"-9{2,}(\.9+)?|9{3,}(\.9+)?", f"{value:.10g}")) for value in large]]
+        others = column.drop(index=marks.index).dropna()
+        low, high = min(0.0, others.min()), max(0.0, others.max())
+        for line, value in marks.items() if len(others) else ():
+            # among numbers of one sign the mark of the other one is none of them
+            if abs(value) > MARK * (high - low) or (value < 0.0 == low) or (value > 0.0 == high):
+                wanted = "expected a number, or an empty cell"
+                wrong.append(
+                    f"{path}: line {line}, column {name}: {value:.10g} marks a missing value: {wanted}"
+                )
+    raise_all(wrong)
+
+
+def _check_units(strengths: Sequence[Strength]) -> None:
+    """Check units and sizes of strengths, as those of curves.  Raises ValueError or gives a ModelWarning."""
+    units = {bool(one.units): one for one in strengths[::-1]}
+    if len(units) > 1:
+        text = f"expected units in every file, as in {units[True].name}, or in none"
+        raise ValueError(f"{units[False].name}: no units in the header: {text}")
+    one = max(strengths, key=lambda one: max(abs(one.sigma_N), one.peak))
+    largest, (low, high) = max(abs(one.sigma_N), one.peak), USUAL["stress"]
+    text = f"{one.name}: the largest stress, {largest:.3g}, is unusual for a shear box"
+    odd = bool(one.units) and not low <= largest * size("stress", one.units["stress"]) <= high
+    warn_if(odd, f"{text}: check the units of the header")
 
 
 def _strengths(rows: DataFrame) -> list[Strength]:

@@ -175,6 +175,11 @@ SAME_ROWS, SAME_DIGITS = 0.9, 6
 USUAL = {"length": (1e-6, 1.0), "stress": (1e3, 2e8)}
 """Usual sizes of the largest slip, in metres, and of the largest stress, in pascals."""
 
+MARK = 10.0
+"""Size of -999, 9999 and the like over the range of the other numbers of a column, with 0, from which on they
+are marks of missing values.
+"""
+
 FALL = 0.02
 """Fall of the pressure, over its range, that ends the loading, and rise that ends the unloading."""
 

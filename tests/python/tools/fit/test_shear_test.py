@@ -22,6 +22,17 @@ def test_unusual_sizes(tmp_path: Path) -> None:
         read_tests(write(tmp_path, UNITS + ROWS.replace(",-1\n", ",-500\n")))
 
 
+def test_numbers_like_marks(tmp_path: Path) -> None:
+    """A pressure of 999 kPa beside others of its size is one; stresses of a gigapascal give a warning."""
+    text = "sigma_N [kPa],peak [kPa]\n250,210\n500,405\n999,810\n"
+    assert len(read_tests(write(tmp_path, text))) == 3
+    with pytest.warns(asperity.ModelWarning, match="line 4: the largest stress, 999, is unusual for a shear"):
+        read_tests(write(tmp_path, text.replace("kPa", "MPa")))
+    plain = write(tmp_path, "sigma_N,peak\n1,2\n", "plain.csv")
+    with pytest.raises(ValueError, match=r"plain.csv: line 2: no units in the header: expected units in e"):
+        read_tests([write(tmp_path, text), plain])
+
+
 def test_closing_joint(tmp_path: Path) -> None:
     """A joint that closes as far as it should open gives a warning."""
     rows = "".join(f"{i},{min(i, 4)},{-0.2 * i:g},-5\n" for i in range(1, 9))
@@ -110,6 +121,31 @@ def test_stiffness_that_the_rows_show(given: float | None, tmp_path: Path) -> No
 CURVE = "".join(f"-1,{2 - 0.1 * i:g},0.5,{i}\n" for i in range(1, 11))
 """Rows of a table with a peak, a residual strength and a slip."""
 
+MARKS: list[tuple[str, dict[str, Any], str]] = [
+    (
+        HEADER + ROWS + "0.8,0.8,-99,-1\n",
+        {},
+        "line 9, column dilation: -99 marks a missing value: exp",
+    ),
+    (HEADER + ROWS + "0.8,9999,0.1,-1\n", {}, "line 9, column tau: 9999 marks a missing value: exp"),
+    (
+        HEADER + ROWS.replace("0.6,", "-99.99,"),
+        {},
+        "line 7, column slip: -99.99 marks a missing value: exp",
+    ),
+    (
+        ENVELOPE + "1,2,1,5\n9999,999,2,5\n",
+        {},
+        "line 3, column sigma_N: 9999 marks a missing value: exp",
+    ),
+    (
+        ENVELOPE + "50,60,-99,5\n100,110,70,5\n",
+        {},
+        "line 2, column residual: -99 marks a missing value: exp",
+    ),
+]
+"""Marks of missing values."""
+
 BAD: list[tuple[str, dict[str, Any], str]] = [
     # columns
     ("slip,shear,sigma_N\n1,2,-1\n", {}, "record.csv: line 1: columns slip, shear, sigma_N: expected tau, t"),
@@ -138,10 +174,11 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     (HEADER + seven(lambda i: f"{i},1,0,-1"), {}, "column tau is 1 in all rows: expected values that change"),
     (HEADER + seven(lambda i: f"0.{i},1.{i},{5 + 0.01 * i},-1"), {}, "line 2, column dilation: 5.01 at sli"),
     (
-        HEADER + ROWS + "0.8,0.8,-999,-1\n",
+        HEADER + ROWS + "0.8,0.8,-998,-1\n",
         {},
-        "line 9, column dilation: -999 is more than 20 times the largest",
+        "line 9, column dilation: -998 is more than 20 times the largest",
     ),
+    *MARKS,
     (SHORT + seven(lambda i: f"{7.2 + 0.1 * i},1.{i},-1"), {}, "line 2, column slip: 7.3 in the first row, "),
     (HEADER + ROWS + "0.9,1,0.1,-2\n", {}, "line 9, column sigma_N: -2 is more than 5% off the mean -1.125"),
     # stiffnesses and other kinds of test
