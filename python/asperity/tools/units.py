@@ -22,23 +22,44 @@ NAMES = {
     **{name.lower(): name for name in ("Pa", "hPa", "kPa", "MPa", "GPa", "N", "kN", "MN", "GN")},
     **{
         name: name
-        for name in ("m", "cm", "mm", "um", "nm", "in", "ft", "psi", "ksi", "psf", "bar", "mbar", "lbf")
+        for name in (
+            "m",
+            "cm",
+            "mm",
+            "um",
+            "nm",
+            "in",
+            "ft",
+            "psi",
+            "ksi",
+            "psf",
+            "bar",
+            "mbar",
+            "lbf",
+            "kip",
+        )
     },
     **dict.fromkeys(("\u00b5m", "\u03bcm", "micron", "microns", "micrometer", "micrometre"), "um"),
     **dict.fromkeys(("inch", "inches"), "in"),
     **dict.fromkeys(("kg", "kgf", "kp"), "kgf"),
     **dict.fromkeys(("t", "tf", "ton", "tons", "tonf"), "(1000 * kgf)"),
     **dict.fromkeys(("lb", "lbs"), "lbf"),
+    **dict.fromkeys(("kips", "klbf"), "kip"),
+    "ksf": "(kip / ft**2)",
+    "tsf": "(2 * kip / ft**2)",
 }
 """Names of units for pint by their lower-case forms.  Masses are the forces that they weigh."""
+
+TONS = [name for name, unit in NAMES.items() if unit == "(1000 * kgf)"]
+"""Names of tons, which are those of the United States in units with inches or feet."""
 
 DOUBTFUL = {"mPa": "MPa", "mN": "MN or N", "Mm": "mm", "Mbar": "bar"}
 """Units that mean something else than who writes them usually means, and what may be meant."""
 
 POWER = r"(?:\s*(?:\^|\*\*)?\s*[-\u2212]?[23\u00b2\u00b3])?"
 LENGTHS = r"(?:[cmn\u00b5\u03bcu]?m|in(?:ch(?:es)?)?|ft|microns?)"
-FORCES = r"(?:[kMG]?N|kgf?|kp|tf?|lbf?)"
-STRESSES = r"(?:[hkMG]?Pa|psi|ksi|psf|m?bar)"
+FORCES = r"(?:[kMG]?N|kgf?|kp|kips?|t(?:f|onf?|ons)?|lb[fs]?)"
+STRESSES = r"(?:[hkMG]?Pa|psi|[kpt]sf|ksi|m?bar)"
 UNIT = (
     rf"(?:(?:{STRESSES}|{FORCES}|{LENGTHS}|s|min|deg|[-%\u00b0])"
     rf"(?:\s*/\s*{LENGTHS}{POWER}(?:\s*/\s*{LENGTHS})?)?)"
@@ -90,9 +111,13 @@ def size(kind: str, text: str, where: str = "") -> float:
     doubtful = [word for word in re.findall(r"[A-Za-z]+", plain) if word in DOUBTFUL]
     if doubtful:
         raise ValueError(f"{where}[{text}]: expected {DOUBTFUL[doubtful[0]]}, which is probably meant")
+    plain = re.sub(r"\s+per\s+", "/", plain)
+    plain = re.sub(r"\bsq(?:uare)?\.?\s*([A-Za-z]+)", r"\1^2", plain)
     plain = re.sub(r"(?<=[A-Za-z\u00b5\u03bc])\s*(?:\^|\*\*)?\s*(-?[1-3])(?!\d)", r"**(\1)", plain)
     plain = re.sub(r"(?<=[A-Za-z)])\s+(?=[A-Za-z])", "*", plain)
-    plain = re.sub(r"[A-Za-z\u00b5\u03bc]+", lambda word: NAMES.get(word[0].lower(), word[0]), plain)
+    feet = {"in", "ft"} & {NAMES.get(word.lower()) for word in re.findall(r"[A-Za-z]+", plain)}
+    names = NAMES | dict.fromkeys(TONS, "(2 * kip)") if feet else NAMES
+    plain = re.sub(r"[A-Za-z\u00b5\u03bc]+", lambda word: names.get(word[0].lower(), word[0]), plain)
     unit, examples = EXAMPLES[kind]
     if re.search(r"(?<![A-Za-z\u00b5\u03bc^*(-])\d", re.sub(r"(?<=[a-z])\s+(?=-?[1-3])", "", text)):
         raise ValueError(f"{where}[{text}]: expected {examples}")  # a number, as in 0mm, is no unit

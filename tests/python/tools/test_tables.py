@@ -44,6 +44,8 @@ HEADED = "0.1,0.5,-1\n0.2,0.6,-1\n"
         ("# slip [mm],tau [MPa],sigma_N [MPa]\n# ----\n# made by hand\n" + HEADED, LAB, ["mm", "MPa", "MPa"]),
         ("slip/mm,tau / MPa,sigma_N - MPa\n" + HEADED, LAB, ["mm", "MPa", "MPa"]),
         ("slip (in mm),tau: kPa,sigma_N [N/mm^2]\n" + HEADED, LAB, ["mm", "kPa", "N/mm^2"]),
+        ("slip_in,tau tsf,sigma_N (ksf)\n" + HEADED, LAB, ["in", "tsf", "ksf"]),
+        ("slip/ft,tau / tons/ft2,sigma_N_kips/ft2\n" + HEADED, LAB, ["ft", "tons/ft2", "kips/ft2"]),
         # names of quantities are no units
         ("s_N,k_n,sigma_N\n" + HEADED, ["s_N", "k_n", "sigma_N"], ["", "", ""]),
         ("| slip [mm] | tau [MPa] | sigma_N [MPa] |\n|---|--:|:-:|\n| 0.1 | 0.5 | -1 |\n| 0.2 | 0.6 | -1 |\n",
@@ -59,12 +61,18 @@ def test_headers(text: str, names: list[str], units: list[str], tmp_path: Path) 
     assert table.numbers(range(3), names).tolist() == [[0.1, 0.5, -1.0], [0.2, 0.6, -1.0]]
 
 
+KSF = 1000.0 * 6894.757293168 / 144.0
+"""A thousand pounds per square foot, in pascals."""
+
+
 def test_units() -> None:
-    """Case does not matter, masses are weights, and what is probably misspelt is refused."""
+    """Case does not matter, masses are weights, tons over feet are short, what is misspelt is refused."""
     known = {
         "stress": {
             "Mpa": 1e6, "KPa": 1e3, "mpa": 1e6, "kg/cm\u00b2": 98066.5, "kgf/cm2": 98066.5, "t/m2": 9806.65,
-            "KN/m^2": 1e3, "N mm-2": 1e6, "PSI": 6894.757293168,
+            "KN/m^2": 1e3, "N mm-2": 1e6, "PSI": 6894.757293168, "kg/sq.cm": 98066.5,
+            **dict.fromkeys(("tsf", "t/ft2", "Tons/ft\u00b2", "tonf/sq ft", "tons per sq. ft"), 2.0 * KSF),
+            **dict.fromkeys(("ksf", "kip/ft2", "kips/ft^2"), KSF), "ton/in2": 288.0 * KSF,
         },
         "length": {"MM": 1e-3, "\u00b5m": 1e-6},
         "stiffness": {"MPa/mm": 1e9, "N/mm\u00b3": 1e9},
