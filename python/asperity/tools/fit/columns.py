@@ -70,6 +70,10 @@ def columns_of(table: Table, renamed: Mapping[str, str], optional: bool, forces:
             more = "residual strengths alone show the friction at large slips: --columns peak=HEADER for them"
         elif "dilation" in shown and not curved:
             more = "a closure test has no slip: --columns closure=HEADER"
+        elif ratio := next(
+            (name for name in table.names if {"tau", "peak"} & {*missing} and is_quotient(name)), ""
+        ):
+            more = f"{ratio} is a ratio, and no stress"
         raise ValueError(f"{there} {', '.join(missing)}, too ({option}; {more})")
     twice = next((name for name in KNOWN if names.count(name) > 1), "")
     if twice:
@@ -156,11 +160,12 @@ RULES = {
     "dilation": rf"{ACROSS}{PATH}|s_n\b|dilat|uplift|hebung|((joint|crack) )?opening|offnung|ouverture"
     rf"|{SYMBOL}(n|v|normal)$",
     "k_N": rf"{ACROSS}(?=.*(stiff|steif|rigid))",
+    "stress": r"(tau|sigma|jcs|ucs)",
     "test": r"(test|specimen|sample|versuchs?|proben?|essai|prova|provino|ensayo|ensaio)\W*"
     r"(id|name|no|nr|number|nummer|n|code|label)?\W*$",
 }
 """Names of the columns in English, German, French, Italian, Spanish and Portuguese.  strength: the peak,
-where there is no slip and no tau.
+where there is no slip and no tau; stress: another one, as sigma_ci, which is not used.
 """
 
 CHINESE = {
@@ -204,8 +209,18 @@ def is_statistic(cell: str) -> bool:
     return word in STATISTICS and not (len(word) <= SHORT and re.search(r"^\W*\w+\W*\d", text))
 
 
+def is_quotient(name: str) -> bool:
+    """Whether a name is that of a ratio: what it is divided by is another quantity than that of the whole."""
+    return not {*map(_column, name.split("/")[1:])} <= {_column(name), ""}
+
+
 def standard(name: str) -> str:
     """Column that a name of a laboratory stands for, or the name."""
+    return name if is_quotient(name) else _column(name) or name
+
+
+def _column(name: str) -> str:
+    """Column of the first rule that a name follows, or nothing."""
     chinese = next((column for column, rule in CHINESE.items() if re.match(rule, name.strip())), "")
     if chinese:
         return chinese
@@ -213,4 +228,4 @@ def standard(name: str) -> str:
     text = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode().strip()
     text = re.sub(PER_AREA, "stress", text)
     rules = {} if re.search(OTHER, text) else OF_FORCES if re.match(FORCE, text) else RULES
-    return next((column for column, rule in rules.items() if re.match(rule, text)), name)
+    return next((column for column, rule in rules.items() if re.match(rule, text)), "")

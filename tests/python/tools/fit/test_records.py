@@ -149,7 +149,8 @@ def test_closure_tests_of_either_sign(pressure: float, closure: float, tmp_path:
     [
         (
             "peak",
-            "tau_p; \u03c4_max; Max. shear stress; R\u00e9sistance_au_pic; Scherfestigkeit",
+            "tau_p; \u03c4_max; Max. shear stress; R\u00e9sistance_au_pic; Scherfestigkeit"
+            "; Max. Scherspannung / Peak shear stress",
         ),
         (
             "residual",
@@ -158,7 +159,9 @@ def test_closure_tests_of_either_sign(pressure: float, closure: float, tmp_path:
         ("sigma_N", "Normal stress at peak; Residual normal stress; \u03c3n; Confining pressure"),
         (
             "",
-            "Peak friction angle; Dilation angle; Normalized shear stress; Friction ratio; sigma_ci",
+            "Peak friction angle; Dilation angle; Normalized shear stress; Friction ratio; sigma_ci"
+            "; \u03c4/\u03c3n; tau_p/sigma_n [-]; Shear / normal stress; Peak shear stress / JCS"
+            "; \u526a\u5e94\u529b/\u6b63\u5e94\u529b",
         ),
     ],
 )

@@ -152,6 +152,12 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     ("slip,slip,tau,sigma_N\n", {}, "line 1: column slip is there twice"),
     ("slip,tau\n1,2\n", {}, "--sigma-N VALUE for files without sigma_N, 0 without a pressure;"),
     (LINE, {"columns": {"foo": "bar"}}, "columns: foo: expected one of slip, tau"),
+    (
+        SHORT.replace("tau", "\u03c4/\u03c3n"),
+        {},
+        "expected tau, too (--columns tau=HEADER, in Python columns=, for "
+        "a column with another name; \u03c4/\u03c3n is a ratio, and no stress)",
+    ),
     # rows
     ("", {}, "no rows: expected a header"),
     (HEADER + "0.1,1,0.1,-1\n", {}, "record.csv: 1 rows: expected at least 5"),
