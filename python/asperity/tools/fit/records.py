@@ -205,9 +205,10 @@ def _read(
     measured = {name: "" for name in rows} | {name: unit for name, unit in measured.items() if name in rows}
     labels = target or (DEFAULT if any(measured.values()) else ())
     of_file = {"path": str(path), "units": dict(zip(NONE, labels, strict=False)), "shrinks": shrinks}
-    of_test = table.cells[names.index("test")] if "test" in names else [""] * len(rows)
+    of_test = names_of_tests(table, names)
     # only a column with this very name says that its rows are one test, also where the slip starts again
-    apart = "test" not in {*map(str.lower, table.names), *renamed} and {"slip", "tau"} <= {*measured}
+    named = any(of_test) and "test" in {*map(str.lower, table.names), *renamed}
+    apart = not named and {"slip", "tau"} <= {*measured}
     tests, left_out, returns = [], [], []
     for test, group in rows.groupby(np.array(of_test, dtype=object), sort=False):
         # a column without any number in a test is not measured in it
@@ -239,6 +240,20 @@ def specimens(table: Table) -> Table:
         raise ValueError(f"{table.path}: {shown}: expected rows of specimens, not of statistics alone")
     warn_if(found, f"{table.path}: rows of statistics left out, which are no specimens: {shown}")
     return replace(table, cells=table.cells.drop(index=[*found]))
+
+
+def names_of_tests(table: Table, columns: Sequence[str]) -> list[str]:
+    """Name of the test of each row, that above where a cell is empty; none where the column counts rows."""
+    none = [""] * len(table.cells)
+    if "test" not in columns:
+        return none
+    place = columns.index("test")
+    cells = table.cells[place]
+    names = cells.where(cells != "").ffill().fillna("")
+    counts = names.value_counts().max() < ROWS_OF_TEST and bool((names != names.shift()).all())
+    text = f"{table.path}: column {table.headings[place]}: another entry in each row"
+    warn_if(counts, f"{text}: read as a counter of the rows, not as names of tests")
+    return none if counts else [*names]
 
 
 def refuse_marks(path: Path, rows: DataFrame) -> None:

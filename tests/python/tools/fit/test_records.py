@@ -283,6 +283,22 @@ def test_tests_below_each_other(rows: list[tuple[float, str]], tests: int, tmp_p
         assert len(warned(path)[0]) == count
 
 
+@pytest.mark.parametrize("name", ["test", "Specimen"])
+def test_names_in_first_rows_and_counters(name: str, tmp_path: Path) -> None:
+    """A name stands for the empty cells below it; a column with another entry in each row names no tests."""
+    lines = (ROWS + ROWS.replace(",-1\n", ",-2\n")).splitlines()
+    entries = {0: "a", 7: "b"}
+    text = "".join(f"{entries.get(i, '')},{line}\n" for i, line in enumerate(lines))
+    found, caught = warned(write(tmp_path, f"{name},{HEADER}{text}"))
+    assert [(one.name[-6:], one.sigma_N) for one in found] == [("test a", -1.0), ("test b", -2.0)]
+    assert not caught
+    for start in (0, 7):  # counted through the file, or from 1 on in each test
+        text = "".join(f"{i % (start or 99) + 1},{line}\n" for i, line in enumerate(lines))
+        found, caught = warned(write(tmp_path, f"{name},{HEADER}{text}"))
+        assert [one.sigma_N for one in found] == [-1.0, -2.0]
+        assert f"column {name}: another entry in each row: read as a counter of the rows" in caught[0]
+
+
 @pytest.mark.parametrize(
     ("rows", "kept"),
     [
