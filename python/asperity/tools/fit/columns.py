@@ -65,15 +65,17 @@ def columns_of(table: Table, renamed: Mapping[str, str], optional: bool, forces:
     missing = [name for name in required if name not in shown and not (optional and name == "sigma_N")]
     option = f"--columns {''.join(missing[:1])}=HEADER, in Python columns=, for a column with another name"
     if missing:
+        ratios = [name for name in table.names if is_quotient(name)]
         more = "--sigma-N VALUE for files without sigma_N, 0 without a pressure; --area A for forces"
         if missing == ["peak"]:
             more = "residual strengths alone show the friction at large slips: --columns peak=HEADER for them"
         elif "dilation" in shown and not curved:
             more = "a closure test has no slip: --columns closure=HEADER"
-        elif ratio := next(
-            (name for name in table.names if {"tau", "peak"} & {*missing} and is_quotient(name)), ""
-        ):
-            more = f"{ratio} is a ratio, and no stress"
+        elif ratios and {"tau", "peak"} & {*missing}:
+            more = f"{ratios[0]} is a ratio, and no stress"
+        elif missing == ["slip"]:
+            peak, name = ("peak", "tau") if "tau" in names else ("peak_force", "shear_force")
+            more = f'strengths have none: --columns {peak}="{headers[names.index(name)]}" for a row per test'
         raise ValueError(f"{there} {', '.join(missing)}, too ({option}; {more})")
     twice = next((name for name in KNOWN if names.count(name) > 1), "")
     if twice:

@@ -131,6 +131,20 @@ def test_forces_without_an_area(tmp_path: Path) -> None:
         read_tests(peaks, area="100,100")
 
 
+@pytest.mark.parametrize(
+    ("heading", "column"), [("Shear stress (kPa)", "peak"), ("Shear load (N)", "peak_force")]
+)
+def test_strengths_named_as_curves(heading: str, column: str, tmp_path: Path) -> None:
+    """Shear stresses or forces without slips ask for one, and for the option by which they are strengths."""
+    path = write(tmp_path, f"Normal stress (kPa),{heading}\n50,45\n100,75\n200,140\n")
+    area = "1000" if column == "peak_force" else None
+    with pytest.raises(ValueError, match="expected slip, too") as caught:
+        read_tests(path, area=area)
+    assert f'--columns {column}="{heading}" for a row per test' in str(caught.value)
+    found = read_tests(path, area=area, columns={column: heading})
+    assert [one.peak for one in found] == pytest.approx([0.045, 0.075, 0.14])
+
+
 @pytest.mark.parametrize(("pressure", "closure"), [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0)])
 def test_closure_tests_of_either_sign(pressure: float, closure: float, tmp_path: Path) -> None:
     """Loading and unloading are told apart; pressure and closure count positive, from the first row."""
