@@ -20,25 +20,8 @@ EXAMPLES = {
 
 NAMES = {
     **{name.lower(): name for name in ("Pa", "hPa", "kPa", "MPa", "GPa", "N", "kN", "MN", "GN")},
-    **{
-        name: name
-        for name in (
-            "m",
-            "cm",
-            "mm",
-            "um",
-            "nm",
-            "in",
-            "ft",
-            "psi",
-            "ksi",
-            "psf",
-            "bar",
-            "mbar",
-            "lbf",
-            "kip",
-        )
-    },
+    **{name: name for name in ("m", "cm", "mm", "um", "nm", "in", "ft", "psi", "ksi", "psf", "bar", "mbar")},
+    **{name: name for name in ("lbf", "kip")},
     **dict.fromkeys(("\u00b5m", "\u03bcm", "micron", "microns", "micrometer", "micrometre"), "um"),
     **dict.fromkeys(("inch", "inches"), "in"),
     **dict.fromkeys(("kg", "kgf", "kp"), "kgf"),
