@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -32,6 +32,7 @@ from .columns import (
 from .shear_test import ShearTest, check_rows, check_sizes, check_stiffness
 from .strength import Strength
 from .thresholds import (
+    BACK,
     BEYOND_NOISE,
     CLEARLY,
     ELASTIC,
@@ -364,10 +365,14 @@ def _tests(rows: DataFrame, k_T: float | None, sigma_N_path: bool) -> list[Shear
         rows = rows.assign(sigma_N=0.0 - rows.sigma_N)
     each("sigma_N", rows.sigma_N > 0.0, ": expected compression in all rows, with the same sign")
     each("k_N", rows.k_N < 0.0, ": expected a stiffness >= 0")
-    end = loaded_until(rows.slip.to_numpy(), rows.tau.to_numpy())
-    text = f"{path}: rows of the unloading at the end left out: {len(rows) - end}"
-    warn_if(end < len(rows), f"{text} (from line {rows.index[min(end, len(rows) - 1)]} on)")
-    rows = rows[:end]
+    loaded = np.full(len(rows), True)
+    for part in unloadings(rows.slip.to_numpy(), rows.tau.to_numpy()):
+        loaded[part], lines = False, rows.index[part]
+        at_end = part.stop == len(rows)
+        text = "the unloading at the end" if at_end else "an unloading and reloading"
+        where = f"from line {lines[0]} on" if at_end else f"line {lines[0]} to {lines[-1]}"
+        warn_if(True, f"{path}: rows of {text} left out: {len(lines)} ({where})")
+    rows = rows[loaded]
     if len(rows) < ROWS_OF_TEST:
         raise ValueError(f"{name}: {len(rows)} rows: expected at least {ROWS_OF_TEST}")
     slip, tau, sigma_N = (rows[column].to_numpy() for column in REQUIRED)
@@ -465,20 +470,28 @@ def from_start(
     return slip, s_N
 
 
-def loaded_until(slip: Floats, tau: Floats) -> int:
-    """Number of rows before the unloading at the end of a test, of all rows (T,) where there is none.
+def unloadings(slip: Floats, tau: Floats) -> Iterator[slice]:
+    """Rows of each unloading of a test, with its reloading up to the slip from which it began.
 
-    After the largest slip the traction falls without being reversed, and the slip returns by little.
+    The slip returns and tau falls without being reversed, as in a loop that shows a stiffness, or at the end
+    of a test, where the slip returns by little.  A reversed tau is that of a cycle.
     """
-    size = np.abs(slip)
-    top = int(np.argmax(size))
-    side, after = float(np.sign(slip[top])), slice(top + 1, None)
-    rest = side * tau[after]
-    if not rest.size or side * tau[top] <= 0.0:
-        return slip.size
-    unloads = rest[-1] < UNLOADED * side * tau[top] and rest.min() > -OF_CYCLE * float(np.abs(tau).max())
-    small = size[top] - size[after].min() < ELASTIC * float(np.ptp(slip))
-    return top + 1 if unloads and small else slip.size
+    top = int(np.argmax(np.abs(slip)))
+    side, reach, most = float(np.sign(slip[top])), float(np.ptp(slip)), float(np.abs(tau).max())
+    way, tau = side * slip, side * tau
+    highest = np.maximum.accumulate(way)
+    further = np.append(np.flatnonzero(np.append(True, way[1:] > highest[:-1])), slip.size)
+    for before, after in zip(further[:-1].tolist(), further[1:].tolist(), strict=True):
+        rows, start = slice(before + 1, after), tau[before]
+        if after == before + 1 or start <= 0.0:
+            continue
+        least, back = float(tau[rows].min()), way[before] - way[rows].min()
+        if after < slip.size:
+            unloads = start - least > OF_CYCLE * most and (back > BACK * reach or least < UNLOADED * start)
+        else:
+            unloads = back < ELASTIC * reach and tau[-1] < UNLOADED * start
+        if unloads and least > -OF_CYCLE * most:
+            yield rows
 
 
 def over_area(rows: DataFrame, area: Area, forces: Mapping[str, str]) -> tuple[DataFrame, bool]:

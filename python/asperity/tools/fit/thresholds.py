@@ -132,10 +132,12 @@ FIRST_ROWS = 8
 """First rows whose slope or parabola leads to the dilation at the start."""
 
 UNLOADED = 0.5
-"""Traction of the last row over that at the largest slip below which the joint was unloaded at the end."""
+"""Traction over that at the largest slip so far below which the joint was unloaded."""
 
 OF_CYCLE = 0.05
-"""Reversed traction over the largest one from which on rows belong to a cycle, and not to an unloading."""
+"""Reversed traction over the largest one from which on rows belong to a cycle, and not to an unloading; and
+fall of the traction that is none without one.
+"""
 
 ELASTIC = 0.1
 """Return of the slip over its range that is more than elastic, so that it is no unloading."""
@@ -239,7 +241,9 @@ AT_END = 0.1
 """Fraction of the rows at the end of a test of which the residual strength and dilation are the means."""
 
 BACK = 0.02
-"""Return of the slip over its range that ends a stroke: a smaller one may be noise of the gauge."""
+"""Return of the slip over its range that ends a stroke, or unloads it where tau falls without being reversed:
+a smaller one may be noise of the gauge.
+"""
 
 LEVELS_APART = 1.2
 """Ratio of the largest to the smallest pressure from which on tests show what depends on it: below it they

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from asperity.tools.fit import ShearTest, read_tests
 from asperity.tools.fit.closure_test import ClosureTest
+from asperity.tools.fit.shear_test import cycles
 from asperity.tools.tables import read_table
 from support_records import DILATION, HEADER, ROWS, SHORT, SLIP, TAU, UNITS, same, seven, warned, write
 
@@ -334,6 +335,34 @@ def test_unloading_at_the_end(rows: str, kept: int, side: float, tmp_path: Path)
     assert test.slip.size == kept
     told = f"unloading at the end left out: {len(lines) - kept} (from line 9 on)"
     assert [told in one for one in caught] == [True] * (kept == 7)
+
+
+@pytest.mark.parametrize(
+    ("place", "loop", "left_out"),
+    [
+        # loops that show a stiffness, before and after the peak, down to no traction or to a part of it
+        (2, "0.18,0.2,0.02,-1\n0.17,0,0.02,-1\n0.19,0.3,0.02,-1\n0.2,0.4,0.02,-1\n", "line 4 to 7"),
+        (6, "0.55,0.3,0.1,-1\n0.5,0,0.1,-1\n0.55,0.3,0.1,-1\n0.6,0.8,0.1,-1\n", "line 8 to 11"),
+        (6, "0.57,0.6,0.1,-1\n0.6,0.8,0.1,-1\n", "line 8 to 9"),
+        # a gauge that falls by its noise or is misread, a traction that falls alone, and a cycle
+        (6, "0.595,0.79,0.1,-1\n", ""),
+        (6, "0.1,0.79,0.1,-1\n", ""),
+        (6, "0.65,0.2,0.1,-1\n", ""),
+        (6, "0.5,0.1,0.1,-1\n0.3,-0.8,0.1,-1\n0.5,0.7,0.1,-1\n", ""),
+    ],
+)
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_unloading_and_reloading(place: int, loop: str, left_out: str, side: float, tmp_path: Path) -> None:
+    """A loop of unloading and reloading belongs to the stroke, which only a reversed traction ends."""
+    rows = ROWS.splitlines()
+    lines = [*rows[:place], *loop.splitlines(), *rows[place:]]
+    cells = [[float(cell) for cell in line.split(",")] for line in lines]
+    [test], caught = warned(
+        write(tmp_path, HEADER + "".join(f"{side * u},{side * t},{d},{p}\n" for u, t, d, p in cells))
+    )
+    assert test.slip.size == len(rows if left_out else lines)
+    assert [f"({left_out})" in one for one in caught] == [True] * bool(left_out)
+    assert not (left_out and cycles([test]))
 
 
 def test_normal_tractions_of_the_command(tmp_path: Path) -> None:
