@@ -42,7 +42,7 @@ from .search import (
     shaped,
     with_crushing,
 )
-from .shear_test import ShearTest, check_copies, cycles, shows_dilation, under_pressure
+from .shear_test import ShearTest, check_copies, cycles, excludes_lift, shows_dilation, under_pressure
 from .thresholds import BOUND_DISTANCE, GAIN, GOOD, NO_WIDTH, STIFF, WEIGHTS
 from .verdict import (
     Comparison,
@@ -98,8 +98,14 @@ def fit(
     known = _checked(tests, joint, fixed or {}, free, sides, direction)
     usable = [_without_noise(test) for test in tests]
     shown = [test for test in usable if test.s_N is not None]
+    # a dilation that was measured tells asperities from a bond
+    measured = bool(shown)
     if shown and not {*INCLINED} & {*known} and not shows_dilation(shown):
-        warn_if(True, "the dilation of the tests is noise: the constants are those of the strength alone")
+        measured = all(excludes_lift(test) for test in shown)
+        text = "" if measured else ", too much to see asperities in"
+        warn_if(
+            True, f"the dilation of the tests is noise{text}: the constants are those of the strength alone"
+        )
         usable = [replace(test, s_N=None) for test in usable]
     strength = {name: known.pop(name) for name in CRUSHING if name in known}
     if free is not None:
@@ -112,8 +118,7 @@ def fit(
         raise ValueError("no pressure: a joint without bond carries nothing: expected joint mortar or auto")
     if not models:
         raise ValueError(f"{rows} rows in {len(tests)} tests: expected at least 6, for two constants")
-    # a dilation that was measured tells asperities from a bond
-    return _fit(usable, models, direction, tick, free is not None, bool(shown), strength)
+    return _fit(usable, models, direction, tick, free is not None, measured, strength)
 
 
 def _checked(

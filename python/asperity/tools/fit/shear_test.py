@@ -15,6 +15,7 @@ from ..tables import size, warn_if
 from .thresholds import (
     AT_END,
     BACK,
+    BEYOND_NOISE,
     CLOSING,
     FAR,
     HELD,
@@ -22,6 +23,8 @@ from .thresholds import (
     LARGEST_RATIO,
     LEAST_CORRELATION,
     LEAST_DATA,
+    LEAST_ROWS,
+    LONELY,
     MOST_ALIKE,
     OF_SIGNAL,
     OFFSET,
@@ -241,6 +244,11 @@ def check_rows(test: ShearTest, sigma_N: Floats) -> None:
     if test.s_N is None:
         return
     s_N, dilated = test.s_N, float(np.ptp(test.s_N))
+    apart = outliers(s_N[first_stroke(test)])
+    if apart:
+        more = f" (as in {len(apart)} rows)" if len(apart) > 1 else ""
+        text = f"column dilation: {s_N[apart[0]]:g}{more} lies apart from all others"
+        raise ValueError(f"{test.place(apart[0])}, {text}: expected no outlier, no mark of a missing value")
     offset = abs(float(s_N[0])) > STEEPEST * abs(float(slip[0])) + OFFSET * dilated
     if offset:
         text = f"column dilation: {s_N[0]:g} at slip {slip[0]:g}: expected the change since the start"
@@ -253,6 +261,20 @@ def check_rows(test: ShearTest, sigma_N: Floats) -> None:
     closes = s_N[-1] < -CLOSING * abs(float(slip[-1])) and s_N[-1] < -OFFSET * dilated
     text = f"{test.name}: column dilation: {s_N[-1]:.3g} at the end: a joint that slips usually opens"
     warn_if(closes, f"{text}, and opening is positive: check the sign")
+
+
+def outliers(values: Floats) -> list[int]:
+    """Rows between others whose values lie farther from the others than these from each other."""
+    if values.size < LEAST_ROWS:
+        return []
+    ordered = np.sort(values)
+    gap = int(np.argmax(np.diff(ordered)))
+    middle = 0.5 * (ordered[gap] + ordered[gap + 1])
+    above = values > middle
+    others = np.flatnonzero(above == (2 * np.sum(above) > values.size))
+    if not np.diff(ordered)[gap] > LONELY * float(np.ptp(values[others])):
+        return []
+    return sorted({*range(int(others[0]), int(others[-1]))} - {*others.tolist()})
 
 
 def _stiffness(s_N: Floats, sigma_N: Floats) -> float:
@@ -306,6 +328,26 @@ def shows_dilation(tests: Sequence[ShearTest]) -> bool:
     rows, total = sum(map(len, columns)), sum(float(np.var(s_N)) * s_N.size for s_N in columns)
     noise = 0.5 * sum(float(np.sum(np.diff(s_N) ** 2)) for s_N in columns)
     return bool(total > 0.0 and 1.0 - noise / total > min(SIGNAL, OF_SIGNAL / np.sqrt(rows)))
+
+
+def lift(test: ShearTest) -> float:
+    """Dilation of asperities that would give a test all of its strength above that at the end.
+
+    A slope t adds t (1 + ratio^2) to a ratio of strength to pressure.
+    """
+    rows, slip = first_stroke(test), np.abs(test.slip)
+    pressure = pressures(test)[rows]
+    if not (pressure > 0.0).all():
+        return np.inf
+    ratio = np.abs(test.tau[rows]) / pressure
+    end = float(np.mean(ratio[-max(1, round(AT_END * ratio.size)) :]))
+    slope = np.maximum(0.0, ratio - end) / (1.0 + end**2)
+    return float(np.sum(slope[1:] * np.maximum(0.0, np.diff(slip[rows]))))
+
+
+def excludes_lift(test: ShearTest) -> bool:
+    """Whether a dilation that is noise would show the lift of asperities."""
+    return test.s_N is not None and float(np.std(test.s_N)) < lift(test) / BEYOND_NOISE
 
 
 def check_sizes(tests: Sequence[ShearTest]) -> None:

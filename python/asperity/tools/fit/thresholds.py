@@ -123,7 +123,10 @@ PART = 0.05
 """Slip or dilation of a first row over its range beyond which it is late."""
 
 BEYOND_NOISE = 4.0
-"""Standard deviations of the noise that an offset of the dilation exceeds, as one of 16000 numbers does."""
+"""Standard deviations of the noise that an offset of the dilation exceeds, as one of 16000 numbers does; and
+that the lift of asperities exceeds where a dilation that is noise excludes it: neighbouring rows of such a
+lift have a correlation of 0.57, above SIGNAL.
+"""
 
 LEAST_NOISE = 6
 """Number of rows beyond which second differences of the dilation show its noise; else it counts as 0."""
@@ -169,6 +172,11 @@ CLOSING = 0.05
 SIGNAL, OF_SIGNAL = 0.25, 3.0
 """Largest correlation of neighbouring rows, and this in standard deviations of that of independent ones, of a
 dilation that is noise.
+"""
+
+LONELY = 3.0
+"""Distance of a dilation from all others, over their range, of an outlier: one in 800 columns of ten rows of
+noise has one.
 """
 
 SAME_ROWS, SAME_DIGITS = 0.9, 6

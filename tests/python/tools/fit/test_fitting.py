@@ -87,6 +87,19 @@ def test_peak_that_the_law_misses() -> None:
     assert [reason for reason in result.reasons if reason.startswith(sentence)]
 
 
+@pytest.mark.parametrize("noise", [0.02, 1.0])
+def test_dilation_that_is_noise(noise: float) -> None:
+    """A gauge that stands still excludes asperities; one whose noise hides their lift does not."""
+    rng, slip = np.random.default_rng(51), np.linspace(0.08, 8.0, 100)
+    slope = np.tan(np.radians(15.0)) * np.exp(-slip * np.tan(np.radians(15.0)) / 1.5)
+    tau = np.minimum(4.0 * slip, 2.0 * (0.6 + slope) / (1.0 - 0.6 * slope)) + 0.02 * rng.normal(size=100)
+    dilation = noise * rng.normal(size=100)
+    result = fit([ShearTest("asperities", slip, tau, dilation, -2.0)])
+    assert result.solution.model.bond and result.solution.problem.tests[0].s_N is None
+    doubts = [reason for reason in result.reasons if "the strength alone does not tell a bond" in reason]
+    assert len(doubts) == (noise == 1.0)
+
+
 @pytest.mark.parametrize(
     ("off", "ratio", "sizes"),
     [

@@ -173,6 +173,12 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     ("slip [mm],tau [kPa],sigma_N\n", {}, "sigma_N has no unit: expected one for every column, as slip [mm]"),
     ("slip [mm],tau [kN],sigma_N [MPa]\n", {}, "line 1: tau [kN]: expected Pa, kPa, MPa, N/mm2, kN/m2, kg/"),
     (UNITS.replace("dilation [mm]", "k_N [kN/mm]"), {}, "k_N [kN/mm]: expected a unit of stress/length, suc"),
+    # outliers, and marks of a missing value
+    (
+        HEADER + "".join(f"{i},{i},{-99 if i in (6, 9) else 0.02 * i},-9\n" for i in range(1, 21)),
+        {},
+        "line 7, column dilation: -99 (as in 2 rows) lies apart from all others: expected no outlier",
+    ),
     # signs and sizes
     (HEADER + ROWS + "0.9,1,0.1,1\n", {}, "line 9, column sigma_N: 1: expected compression in all rows"),
     (HEADER + seven(lambda i: f"{i},{-i},{0.1 * i},-9"), {}, "the work of tau along the slip is -24.5 < 0: "),
