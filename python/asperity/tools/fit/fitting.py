@@ -19,6 +19,7 @@ from .intervals import (
     assumed,
     guessed,
     is_near_bond,
+    softens,
     spreads,
     unseen,
     unseen_bond,
@@ -222,7 +223,7 @@ def _fit(
     intervals = replace(pressed, assumptions=[*assumptions, *unseen(chosen, tests, pressed)])
     estimates = {name: intervals.of(name) for name in chosen.model.free}
     errors = errors_of(law, tests, fitted, predicted)
-    loose = undetermined(estimates, _at_bounds(chosen))
+    loose = undetermined(estimates, _unshown(chosen))
     reasons: list[str] = []
     for is_reason, text in (
         *_of_crushing(bare, law, fitted),
@@ -365,6 +366,12 @@ def _at_bounds(chosen: Solution) -> list[str]:
     return [name for name, at_bound in zip(chosen.model.free, near, strict=True) if at_bound]
 
 
+def _unshown(chosen: Solution) -> list[str]:
+    """Constants whose value is that of a bound or of an assumption, however narrow the interval is."""
+    elastic = ["Gc"] if "Gc" in chosen.model.free and not softens(chosen) else []
+    return [*_at_bounds(chosen), *elastic]
+
+
 def _of_widths(
     estimates: Mapping[str, Estimate],
     loose: Sequence[str],
@@ -376,15 +383,15 @@ def _of_widths(
     no_width = [name for name, one in estimates.items() if one.half < NO_WIDTH and name not in SPRINGS]
     if no_width:
         yield True, f"the interval of {', '.join(no_width)} has no width: the rows do not show it"
-    at_bounds = _at_bounds(pressed.solution)
+    unshown = _unshown(pressed.solution)
     for name in loose:
         value, below, above = estimates[name]
         text = f"{name} is not determined: {value:.3g} [{below:.3g}, {above:.3g}]"
         if name in SPRINGS:
             yield False, f"{text}; the other constants do not depend on it"
-        elif name == "crush" or (name in HOLDS and not undetermined({name: pressed.of(name)}, at_bounds)):
+        elif name == "crush" or (name in HOLDS and not undetermined({name: pressed.of(name)}, unshown)):
             yield False, f"{text}; the strengths hold {HOLDS.get(name, HOLDS['theta'])}"
-        elif pressed.by_tests(name):
+        elif pressed.by_tests(name) and name not in unshown:
             without = [fit.values[name] for fit in left_out]
             ends = int(np.argmin(without)), int(np.argmax(without))
             apart = " and ".join(f"{without[i]:.3g} without {short(tests[i].name)}" for i in ends)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...contract import Floats
-from .model import PLAUSIBLE, SPRINGS, Curve, Problem, from_scale, plausible, rows_of, to_scale
+from .model import KT, PLAUSIBLE, SPRINGS, Curve, Problem, from_scale, plausible, rows_of, to_scale
 from .rigid import SHAPES
 from .search import (
     Solution,
@@ -28,6 +28,7 @@ from .search import (
 )
 from .shear_test import ShearTest, cycles, first_slope, first_stroke
 from .thresholds import (
+    BY_NOISE,
     CONFIDENCE,
     GAIN,
     GOOD,
@@ -461,6 +462,23 @@ def share_of_bond(solution: Solution) -> float:
     ):
         share = max(share, float(np.abs(tau - rest)[rows].max() / np.abs(test.tau).max()))
     return share
+
+
+def softens(solution: Solution) -> bool:
+    """Whether the bond falls below its strength, beyond the misfit, in the rows of a test.
+
+    Where it does not, its energy is that of its own elastic slip, by which it meets the first rows.
+    """
+    values, shape = solution.values, SHAPES[solution.model.shape]
+    strength, spring = values["sigma0"], values.get(KT, np.inf)
+    at_peak = strength**2 / (values["Gc"] * spring) if shape.rises else 0.0
+    for test in solution.problem.tests:
+        slip = np.abs(test.slip) - (0.0 if shape.rises else np.abs(test.tau) / spring)
+        pull = strength * shape.softening(np.maximum(0.0, slip) * strength / values["Gc"], at_peak)
+        fall = float(np.max(np.maximum.accumulate(pull) - pull))
+        if fall > BY_NOISE * solution.scatter["tau"] * float(np.ptp(test.tau)):
+            return True
+    return False
 
 
 def unseen_bond(chosen: Solution, auto: bool, of_user: Mapping[str, float]) -> tuple[str, str]:

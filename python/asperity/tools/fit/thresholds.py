@@ -19,7 +19,9 @@ error.
 """
 
 BY_NOISE = 2.0
-"""Standard deviations of a measured number within which an error is noise."""
+"""Standard deviations of a measured number within which an error is noise, and of the rows within which the
+fall of a bond is.
+"""
 
 FACTOR = 2.0
 """Factor from the middle of an interval to its ends beyond which a constant is not determined.  All of 90

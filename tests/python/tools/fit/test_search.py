@@ -218,6 +218,19 @@ def test_bond_that_hardly_softens(truth: dict[str, float], joint: str) -> None:
     assert result.values["Gc"] == pytest.approx(truth["Gc"], rel=0.05)
 
 
+@pytest.mark.parametrize(("Gc", "shown"), [(1000.0, False), (20.0, True)])
+def test_energy_of_a_bond_that_does_not_soften(Gc: float, shown: bool) -> None:
+    """The elastic slip of a bond is no energy: without softening the rows do not show it."""
+    slip = np.linspace(0.005, 1.2, 200)
+    tau = np.where(slip < 0.1, 80.0 * slip, 8.0 - (slip - 0.1) * 32.0 / Gc)
+    tau = tau + 0.08 * np.random.default_rng(7).normal(size=slip.size)
+    result = fit([ShearTest("anchor", slip, tau, None, 0.0)])
+    assert result.is_result == shown and ("Gc" in result.loose) != shown
+    assert any("Gc is not determined" in reason for reason in result.reasons) != shown
+    low, high = result.estimates["Gc"][1:]
+    assert (low <= Gc <= high) == shown
+
+
 def in_closed_form(model: Model, truth: dict[str, float], tests: list[ShearTest]) -> Solution:
     """Constants in closed form, with their residuals."""
     problem = model.problem(tests)
