@@ -15,7 +15,6 @@ from .rigid import law_peak, law_strengths
 from .search import check_known, least
 from .strength import Strength
 from .thresholds import (
-    AT_BOUND,
     BOUND_DISTANCE,
     FACTOR,
     FITTED,
@@ -319,6 +318,23 @@ class _Data:
             return 0.0
         return float(np.sqrt(sum(float(np.sum((g - g.mean()) ** 2)) for g in groups) / freedom))
 
+    def grows(self) -> bool:
+        """Whether the peaks grow with the pressure along a line, beyond their relative scatter about it.
+
+        With one degree of freedom they show no scatter, and the widths of the strengths decide.
+        """
+        sheared = (self.shear > 0.0) & (self.pressure >= 0.0)
+        pressure, peak = self.pressure[sheared], self.peak[sheared]
+        freedom = peak.size - 2
+        if freedom < 0 or levels_of(pressure) < 2:
+            return False
+        columns = np.column_stack([np.ones_like(pressure), pressure]) / peak[:, None]
+        line = np.linalg.lstsq(columns, np.ones_like(peak))[0]
+        missed = columns @ line - 1.0
+        variance = float(missed @ missed) / max(1, freedom) * np.linalg.inv(columns.T @ columns)[1, 1]
+        beyond = float(quantiles([freedom])[0]) if freedom > 1 else 0.0
+        return bool(line[1] > beyond * np.sqrt(variance))
+
     def without(self, number: int) -> _Data:
         """The other tests."""
         return _Data([test for i, test in enumerate(self.tests) if i != number], self.known)
@@ -384,9 +400,9 @@ def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
             "leaves out"
         )
     flat = [name for name, size in zip(free, sizes, strict=True) if size < NO_WIDTH]
-    reasons += _of_widths(flat, peaks)
+    reasons += _of_widths(flat, peaks, max(errors.values()))
     loose = []
-    for name, is_reason, text in _undetermined(data, free, x, estimates):
+    for name, is_reason, text in _undetermined(data, free, x, estimates, grade != "poor"):
         loose.append(name)
         (reasons if is_reason else notes).append(text)
     notes += _remarks(data, free, values)
@@ -431,11 +447,16 @@ def _peaks(
     return [Estimate(*np.exp([a, a - h, a + h]).tolist()) for a, h in zip(here, halves, strict=True)]
 
 
-def _of_widths(flat: Sequence[str], peaks: Sequence[Estimate]) -> Iterator[str]:
-    """Reasons why the strengths are no result; flat: constants whose interval has no width."""
+def _of_widths(flat: Sequence[str], peaks: Sequence[Estimate], error: float) -> Iterator[str]:
+    """Reasons why the strengths are no result; flat: constants whose interval has no width.
+
+    error: the largest one of the law.
+    """
     wide = max(peaks, key=lambda peak: peak.high / max(peak.low, 1e-300))
     if flat:
-        text = "the strengths lie on the law to their last digit, as computed or copied numbers do"
+        text = "the strengths do not show it"
+        if error < GOOD:
+            text = "the strengths lie on the law to their last digit, as computed or copied numbers do"
         yield f"the interval of {', '.join(flat)} has no width: {text}"
     elif wide.high / max(wide.low, 1e-300) > FACTOR**2:
         text = f"{wide.value:.3g} [{wide.low:.3g}, {wide.high:.3g}]"
@@ -443,9 +464,12 @@ def _of_widths(flat: Sequence[str], peaks: Sequence[Estimate]) -> Iterator[str]:
 
 
 def _undetermined(
-    data: _Data, free: tuple[str, ...], x: Floats, estimates: Mapping[str, Estimate]
+    data: _Data, free: tuple[str, ...], x: Floats, estimates: Mapping[str, Estimate], met: bool
 ) -> Iterator[tuple[str, bool, str]]:
-    """Constants that are not determined, whether that is a reason why there is no result, and a sentence."""
+    """Constants that are not determined, whether that is a reason why there is no result, and a sentence.
+
+    met: whether the law meets the strengths.
+    """
     low, high = data.ends(free)
     for i, name in enumerate(free):
         estimate = estimates[name]
@@ -453,10 +477,10 @@ def _undetermined(
         if estimate.high <= FACTOR**2 * estimate.low and not bound:
             continue
         text = f"{name} is not determined: {estimate.value:.3g} [{estimate.low:.3g}, {estimate.high:.3g}]"
-        if name == "mu" and (bound or estimate.low <= AT_BOUND * float(from_scale(name, low[i]))):
+        if name == "mu" and not data.grows():
             yield name, True, f"{text}: the strength does not grow with the pressure beyond its scatter"
         else:
-            held = f"{text}; the strengths hold between the pressures of the tests"
+            held = f"{text}; the strengths hold between the pressures of the tests" if met else text
             yield name, name == "mu" and bool(data.seen.any()), held
 
 

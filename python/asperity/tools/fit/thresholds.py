@@ -31,9 +31,6 @@ drawn Gc of results and 5 W0 of cycles lie within it.
 BOUND_DISTANCE = 1.0e-3
 """Distance from a bound of what is plausible, over its range, up to which a constant lies at the bound."""
 
-AT_BOUND = 1.01
-"""Lower end of the interval of mu, over the least plausible one, up to which the strength does not grow."""
-
 MISSED_BACK, TIMES_MISSED = 0.05, 1.5
 """Error of the unloading of closure tests, and that over the error of the loading, beyond which a note says
 that an elastic contact keeps no closure.

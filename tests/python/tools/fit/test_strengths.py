@@ -139,6 +139,25 @@ def test_numbers_without_any_scatter(said: Callable) -> None:
     assert "has no width" in text
 
 
+@pytest.mark.parametrize("steep", [50.0, 55.0])
+def test_peaks_of_a_bilinear_criterion(steep: float, said: Callable) -> None:
+    """Peaks grow with the pressure where slope and crushing carry that, too, and mu is at its bound."""
+    sides = np.tan(np.radians([steep, 30.0]))
+    noise = (1.01, 0.99, 1.01, 0.99, 1.01, 0.99, 1.01)
+    pressures = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
+    table([(p, min(p * sides[0], 0.9 + p * sides[1]) * e) for p, e in zip(pressures, noise, strict=True)])
+    text, _ = said("fit peaks.csv")
+    assert "the strengths hold between" in text and "does not grow" not in text
+
+
+def test_peaks_of_another_unit_than_the_pressures(said: Callable) -> None:
+    """Peaks in MPa under pressures in kPa grow, and are not on the law to their last digit."""
+    table([(50.0, 0.045), (100.0, 0.082), (200.0, 0.155), (400.0, 0.31)])
+    text, _ = said("fit peaks.csv", NO_RESULT)
+    assert "the law misses the peak by 1130%" in text
+    assert not any(told in text for told in ("last digit", "does not grow", "strengths hold"))
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_any_table_has_intervals_or_is_refused(seed: int, said: Callable) -> None:
     """Drawn tables with zeros, tension, copies and gaps: a message, or finite intervals that have a width."""
