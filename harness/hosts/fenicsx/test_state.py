@@ -212,6 +212,23 @@ for k in range(0, saved, 1 if COMM.size == 1 else 5):
         assert results["differences"] == {}
 
 
+def test_names_with_a_point() -> None:
+    """States and runs that are saved by the value of the path have files of their own, and come back."""
+    results = run("""
+follow = begun("pushed")
+for end in (0.05, 0.1, 0.15):
+    follow.run(end)
+    follow.state.save(folder / f"at_{follow.at:.2f}")
+    follow.save(str(folder / f"run_{follow.at:.2f}"))
+results["names"] = sorted(file.name for file in folder.iterdir() if "_" in file.name)
+results["state"] = State.load(folder / "at_0.05", follow.model).at
+follow.resume(folder / "run_0.10")
+results["run"] = follow.at
+""")
+    names = [f"{kind}_{at}.0.npz" for kind in ("at", "run") for at in ("0.05", "0.10", "0.15")]
+    assert results == {"names": names, "state": 0.05, "run": 0.1}
+
+
 def test_pressures_of_an_attempt() -> None:
     """Pressures that conditions give above a level only do not act below it after an attempt above it."""
     results = run("""

@@ -168,7 +168,7 @@ def main() -> int:
         run = Run(o)
         follow, rows = run.follow, []
         if o.resume:
-            follow.resume(o.out)
+            follow.resume(o.out.with_suffix(""))
             rows = np.loadtxt(o.out, delimiter=",", skiprows=1, ndmin=2)[: follow.count].tolist()
     except (ValueError, OSError) as error:
         say(f"walls.py: {error}", file=sys.stderr)
@@ -186,7 +186,7 @@ def main() -> int:
                     with o.out.open("a") as file:
                         file.write(",".join(f"{x:.12g}" for x in rows[-1]) + "\n")
                 if o.out and (follow.count % SAVED == 0 or follow.at == end):
-                    follow.save(o.out)
+                    follow.save(o.out.with_suffix(""))
         if output and follow.at == end:
             output.write(follow.state)
     at, force, _, spent, _, passes, *errors = np.array(rows).reshape(-1, len(HEAD.split(","))).T

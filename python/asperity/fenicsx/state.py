@@ -193,15 +193,20 @@ def _arrays_of(state: State, name: str) -> list[Floats]:
     return [np.asarray(one, float) for one in (value if name == "joints" else [value])]
 
 
+def file_of_rank(file: str | Path) -> Path:
+    """FILE.RANK.npz of this rank; a point in the name of the file, as in at_0.25, belongs to the name."""
+    return Path(f"{file}.{COMM.rank}.npz")
+
+
 def write(file: str | Path, states: Mapping[str, State], **numbers: ArrayLike) -> None:
     """Write states and numbers of a run, FILE.RANK.npz."""
     rows: dict[str, ArrayLike] = {name: np.asarray(number) for name, number in numbers.items()}
     for key, state in states.items():
         rows |= {f"{key}.{name}": getattr(state, name) for name in (*ARRAYS, *NUMBERS)}
         rows |= {f"{key}.joints{k}": joint for k, joint in enumerate(state.joints)}
-    new = Path(file).with_suffix(f".{COMM.rank}.new.npz")
+    new = (path := file_of_rank(file)).with_suffix(".new.npz")
     np.savez(new, **{"ranks": COMM.size, **rows})
-    new.replace(Path(file).with_suffix(f".{COMM.rank}.npz"))  # whole even if the run is ended here
+    new.replace(path)  # whole even if the run is ended here
 
 
 def read(
@@ -211,7 +216,7 @@ def read(
 
     numbers: their shapes.
     """
-    path, saved = Path(file).with_suffix(f".{COMM.rank}.npz"), {}
+    path, saved = file_of_rank(file), {}
     try:
         with np.load(path) as data:
             saved = dict(data)
