@@ -72,7 +72,7 @@ def run(code: str, ranks: int = 1) -> dict:
 
 
 def test_arrays_are_read_only() -> None:
-    """No array of a state can be written to, whoever made it, nor can a state or a model be changed."""
+    """No array of a state or a report can be written to, whoever made it; states and models do not change."""
     results = run("""
 mine = np.ones(48)
 m = model()
@@ -81,6 +81,8 @@ mine[:] = 7.0
 results["copied"] = float(state.u.max())
 names = ("u", "s", "t", "p", "forces", "stress", "v", "a")
 arrays = [*(getattr(state, name) for name in names), *state.joints, m.x, m.area, m.pairs, m.axes]
+report = found(m=m, load=weights(m)[0])
+arrays += [getattr(report, name) for name in ("reaction", "x", "load", "fixed", "first", "p")]
 results["written"] = 0
 for array in arrays:
     try:

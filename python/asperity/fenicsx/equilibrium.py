@@ -25,7 +25,7 @@ from .newton import SOFT, Task, newton, share
 from .passes import PASSES, Passed, by_passes
 from .ranks import agree, doubles, expect, largest, real, total, whole_number
 from .response import Clock, LawError, respond
-from .state import State
+from .state import State, frozen
 from .tangent import equations_of, words_of
 from .water import WATER, Water, WaterError
 
@@ -71,7 +71,7 @@ class Terms:
 
 @dataclass(frozen=True)
 class Report:
-    """What `solve` found: a new state, or None with the reason.
+    """What `solve` found: a new state, or None with the reason; its arrays are read-only.
 
     residual: sum of its magnitudes over `size`, the forces; also after passes that of the law itself.
     floor: what of it rounding errors of the displacements may cause; where it is above the tolerance, a
@@ -106,6 +106,12 @@ class Report:
     law: float = 0.0
     factor: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0))
     between: tuple[Model, State] | None = None
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only: a path goes on from them."""
+        for name in ("reaction", "x", "load", "first", "p"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+        object.__setattr__(self, "fixed", frozen(self.fixed, np.int64))
 
     @property
     def measures(self) -> dict[str, Measures]:

@@ -7,12 +7,13 @@ import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..contract import Floats
 from .model import Model
@@ -21,9 +22,9 @@ from .response import Response, respond
 from .water import ROUNDING, Pressure, in_joint, weights_of_faces
 
 
-def frozen(array: ArrayLike) -> Floats:
+def frozen(array: ArrayLike, kind: type = float) -> NDArray[Any]:
     """Read-only array of its own, or the same where nobody else can write to it."""
-    values = np.asarray(array, float)
+    values: NDArray[Any] = np.asarray(array, kind)
     if values.flags.writeable or values.base is not None:
         values = values.copy()
         values.flags.writeable = False
