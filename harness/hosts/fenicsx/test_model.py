@@ -230,3 +230,29 @@ for share in (0.0, 0.3, 0.45, 0.51, 0.55, 0.6):
     results["solved"].append(report.good)
 """
     assert of_all_ranks(code, ranks)["solved"] == [True, True, True, False, False, False]
+
+
+def test_nothing_holds_along_a_roller() -> None:
+    """No equilibrium where a force moves a block off an open joint along a roller, or about a pin.
+
+    A force of 1.5e4 of it on another block hides it: it is below the rounding errors of large displacements.
+    """
+    code = """
+bond = Material(sigma0=0.25, Gc=0.018, eta=0.95, mu=0.0)
+flat = Pattern.regular(0, 0.0)
+laws = {"bonded": Interface(bond, flat), "broken": Interface(replace(bond, damage0=1.0), flat)}
+beside = split(grid([-1.0, 0.0, 1.0], range(3), block=[[0, 0], [1, 1]]))
+for name, law in laws.items():
+    m = Model(beside, {"joint": law}, 2e4, 0.0)
+    (left, area), (right, _) = m.group("left"), m.group("right")
+    low = lambda nodes: nodes[m.x[nodes, 1] < 0.5]
+    far = np.zeros((m.n, 2))
+    far[left, 1] = -150.0 * area / area.sum()
+    held = np.r_[m.dofs(left, 0), m.dofs(low(left), 1)]
+    for kind, others in (("roller", m.dofs(right, 0)), ("pin", m.dofs(low(right), 0, 1))):
+        up = m.body([0.0, 5e-3], "block_1")
+        report = found(m=m, fixed=np.r_[held, others], load=far.ravel() + up)
+        results[f"{name} {kind}"] = report.good
+"""
+    results = of_all_ranks(code, 1)
+    assert results == {"bonded roller": True, "bonded pin": True, "broken roller": False, "broken pin": False}

@@ -8,6 +8,12 @@ from ..contract import Floats
 from ..mesh.shapes import Integers
 from .ranks import COMM
 
+STILL = 1e-9
+"""Square of what a rigid motion moves of the fixed components, over the largest one, that counts as none.
+
+Rounding errors are 1e-16 of it; two fixed nodes hold a body of up to 3e4 times their distance.
+"""
+
 
 class Bodies:
     """Forces and moments on bodies, whose nodes all ranks share.
@@ -58,13 +64,17 @@ class Bodies:
         return np.asarray(f.ravel())
 
     def loose(self, forces: Floats, fixed: Integers) -> float:
-        """Sum of the magnitudes of resultants of forces (n d,) on the bodies of which nothing is fixed.
+        """Sum of the magnitudes of forces (n d,) along rigid motions of bodies that move no fixed component.
 
-        Moments count over the size of their body.
+        Rotations count over the size of their body.
         """
-        held = np.zeros(len(self.number))
-        held[fixed // self.d] = 1.0
-        force, moment = self._resultants(forces.reshape(-1, self.d))
-        size = np.where(self.size > 0.0, self.size, np.inf)
-        unbalanced = np.abs(force).sum(1) + np.abs(moment).sum(1) / size
-        return float(unbalanced[self._sums(held)[0] == 0.0].sum())
+        f, held = forces.reshape(-1, self.d), np.zeros_like(self.arm)
+        held.flat[fixed] = 1.0
+        size = np.where(self.size > 0.0, self.size, np.inf)[self.number, None]
+        motions = [np.broadcast_to(way, f.shape) for way in np.diag(self.along)]
+        motions += [self._turned(i, j) / size for i, j in self.turns]
+        products = self._sums(*((a * b * held).sum(1) for a in motions for b in motions))
+        squares, ways = np.linalg.eigh(products.T.reshape(self.count, len(motions), len(motions)))
+        free = ways * (squares <= STILL * squares[:, -1:])[:, None]
+        along = self._sums(*((a * f).sum(1) for a in motions)).T
+        return float(np.abs(np.einsum("bij,bkj,bk->bi", free, free, along)).sum())

@@ -46,7 +46,8 @@ ROUNDING, COARSEST, FINEST = float(np.finfo(float).eps), 1e-4, 1e-6
 
 A residual below what they cause by the stiffness of the solids counts as none, though the tolerance is finer:
 no iteration makes it smaller. It is .49 to .57 of that in a dam of 3e12 to 3e17 Pa up to its overturning.
-The forces on each loose body, in which the solids have no part, must be below the tolerance or FINEST, too.
+The forces along rigid motions that nothing holds, in which solids have no part, must be below the tolerance,
+or below FINEST, too.
 """
 
 PATIENT_BELOW = 100.0
