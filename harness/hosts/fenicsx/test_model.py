@@ -81,6 +81,7 @@ WRONG = {
     "solve(m := model(), None, Conditions(bottom(m)))": "state of the type NoneType: expected State",
     "solve(State.virgin(m := model()), m, Conditions(bottom(m)))": "model of the type State: expected Model",
     "solve(m := model(), replace(State.virgin(m), at=np.nan), None)": "at = nan of the state: expected",
+    "Follow(m := model(), State.virgin(m), refused, 0.1, terms=Terms(damping=0.5))": "damping = 0.5: ",
     "Follow(m := model(), State.virgin(m), None, 0.1)": "conditions None: expected a function",
     "Follow(m := model(), State.virgin(m), refused, '0.1')": "step = 0.1, most = 0.1, least = 1e-05",
     "Follow(m := model(), State.virgin(m), refused, 0.1, errors=0.1)": "errors = 0.1: expected a whole",

@@ -124,8 +124,8 @@ class Follow:
         passes: most of a step; 0: none.  errors: of a step by passes, of a damage and of forces over those of
         the model, beyond which a shorter one replaces it.  limit: of the error of forces, above which no step
         is taken; a path ends there.  always: all steps by passes.  Where loads change Newton's method ends
-        passes, as a limit load must not be passed.  terms: of the equations; duration, guess and passes are
-        those of the steps.
+        passes, as a limit load must not be passed.  terms: of the equations, without damping; duration, guess
+        and passes are those of the steps.
         """
         most = step if most is None else most
         steps, shares = (least, step, most), (limit, *np.ravel(np.asarray(errors, object)))
@@ -137,6 +137,8 @@ class Follow:
         agree("" if good else f"{text}limit and 2 errors between 0 and 1")
         agree("always with passes = 0: expected at least 1" if always and not passes else "")
         self.model, self.conditions, self.terms = model, conditions, begun(model, state, terms)
+        damping = self.terms.damping
+        agree(f"damping = {damping}: expected none on a path, whose ledger has drag alone" if damping else "")
         agree("" if callable(conditions) else f"conditions {conditions!r}: expected a function of a number")
         self.state = self.before = replace(state, at=0.0)
         self.step, self.most, self.least = step, most, least
@@ -275,7 +277,7 @@ class Follow:
 
     def _branch(self, dt: float, most: float = float(np.finfo(float).max)) -> Branch:
         """Branch from the last state, with steps of a duration."""
-        terms = replace(self.terms, dt=dt, drag=0.0, damping=0.0)
+        terms = replace(self.terms, dt=dt, drag=0.0)
         branch = Branch(self.model, self.state, self.before, self.conditions, most, terms, self.ledger)
         branch.start = self.start.balance
         return branch
