@@ -71,7 +71,7 @@ def collapse(
         Pattern.regular(2, float(np.degrees(np.arctan(tan_psi)))) if tan_psi else Pattern.regular(0, 0.0)
     )
     law = Interface(Material.from_joint(kn=200.0, ks=80.0, mu=mu), pattern)
-    model = Model(jointed, {"joint": law}, E, NU, DEPTH)
+    model = Model(jointed, {"joint": law}, E, NU, DEPTH if dim == 2 else 1.0)
     down, side = (model.body((np.eye(dim)[k] * WEIGHT * sign).tolist()) for k, sign in ((1, -1.0), (0, 1.0)))
     base = model.x[:, 1] < -0.3 * ratio * R + 1e-6
     fixed, drag = model.dofs(base, *range(dim)), np.abs(down + side)

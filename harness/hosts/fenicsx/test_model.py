@@ -15,6 +15,13 @@ WRONG = {
     'model({"block_0": 1.0, "block_1": 1.0, "rock": 1.0})': "E of rock: no such block: expected one of",
     'model(laws={"bed": law})': "laws of bed: expected those of joint",
     "model(thickness=-1.0)": "thickness = -1.0: expected above 0",
+    "Model(solid, {'joint': law}, 2e4, 0.2, thickness=5.0)": "thickness = 5.0: expected 1 in 3D",
+    "Model(unsplit, {'joint': law}, 2e4, 0.2)": "mesh of the type Mesh: expected Jointed, as of asperity",
+    "Model('wall.msh', {'joint': law}, 2e4, 0.2)": "mesh of the type str: expected Jointed, as of asperity",
+    "Model(None, {'joint': law}, 2e4, 0.2)": "mesh of the type NoneType: expected Jointed",
+    "model(laws=law)": "laws of the type Interface: expected Mapping",
+    "model(laws={'joint': law.material})": "laws of joint of the type Material: expected Interface",
+    "(m := model()).dofs(m.x[:, 0] < 1)": "no components: expected one or more, of 0 to 1",
     "(m := model()).dofs(m.x[:, 0] < 1, 2)": "component 2: expected 0 to 1 in 2D",
     "(m := model()).dofs(np.ones(3, bool), 0)": "a mask of the shape (3,): expected one for",
     "(m := model()).dofs(np.array([10**6]), 0)": "nodes 1000000 to 1000000: expected owned ones",
@@ -107,6 +114,8 @@ def test_wrong_input(ranks: int) -> None:
     """Every rank has the error, and it is one line."""
     code = """
 rough = Interface(law.material, Pattern.regular(4, 10.0))
+unsplit = grid(range(4), range(3), block=[0, 1])
+solid = split(grid(range(4), range(3), range(3), block=[0, 1])) if COMM.rank == 0 else None
 
 def of_others():
     return State.virgin(model(laws={"joint": rough}))

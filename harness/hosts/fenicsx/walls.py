@@ -49,7 +49,8 @@ class Run:
         unsplit = mesh(wall, o.elements) if COMM.rank == 0 else None
         names = COMM.bcast(unsplit.names if unsplit else None)
         E = {name: (STIFFER if name.startswith("beam") else 1.0) * wall.E for name in names}
-        self.model = m = Model(unsplit, joint_laws, E, wall.nu, wall.half_brick[1])
+        thickness = wall.half_brick[1] if len(o.elements) == 2 else 1.0
+        self.model = m = Model(unsplit, joint_laws, E, wall.nu, thickness)
         up, sides = m.d - 1, range(m.d - 1)
         (top, area), (bottom, _) = m.group("top"), m.group("bottom")
         pushed = (

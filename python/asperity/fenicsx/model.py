@@ -21,7 +21,7 @@ from ..mesh import Jointed
 from ..mesh.shapes import Integers
 from .bodies import Bodies
 from .distribution import BASIX, NAMES, Group, distributed, partition
-from .ranks import COMM, agree, doubles, largest, real, whole_number
+from .ranks import COMM, agree, doubles, expect, largest, real, whole_number
 
 INT, ADD = PETSc.IntType, PETSc.InsertMode.ADD_VALUES
 
@@ -69,13 +69,17 @@ class Model:
     ) -> None:
         """Distribute a mesh, which rank 0 has; laws: of its joints; E: of all solids, or by block.
 
-        Forces and areas of a body of revolution are those of the whole turn; its nodes at r = 0 need u_r = 0.
+        thickness: of a plane mesh.  Forces and areas of a body of revolution are those of the whole
+        turn; its nodes at r = 0 need u_r = 0.
         """
+        expect(Mapping, laws=laws)
+        expect(Interface, **{f"laws of {name}": law for name, law in laws.items()})
         cells, points, shared, message = None, None, None, ""
         if COMM.rank == 0:
             try:
-                if jointed is None:
-                    raise ValueError("mesh None: expected one on rank 0, as from asperity.mesh.split")
+                if not isinstance(jointed, Jointed):
+                    kind = type(jointed).__name__
+                    raise ValueError(f"mesh of the type {kind}: expected Jointed, as of asperity.mesh.split")
                 cells, points, shared = distributed(jointed, laws)
             except ValueError as error:
                 message = str(error)
@@ -88,9 +92,10 @@ class Model:
         minus, plus, law, axes, weight, sides, places, corners = faces
         self.laws, self.joints, self.d = list(laws.values()), list(laws), int(d)
         self.props = [one.props() for one in self.laws]
-        if turned and thickness != 1.0:
-            raise ValueError(f"thickness = {thickness}: expected 1 of a body of revolution, which is whole")
-        self.thickness = thickness if d == 2 else 1.0
+        if (turned or d == 3) and thickness != 1.0:
+            whole = "of a body of revolution, which is whole" if turned else "in 3D, where the mesh has it"
+            raise ValueError(f"thickness = {thickness}: expected 1 {whole}")
+        self.thickness = thickness
         self.axisymmetric: bool = turned
         if COMM.rank > 0:
             cells, points = np.zeros((0, len(BASIX[kind])), np.int64), np.zeros((0, d))
@@ -163,6 +168,8 @@ class Model:
     def dofs(self, nodes: Integers, *components: int) -> Integers:
         """Components of owned nodes, as indices or a mask of them."""
         nodes = np.asarray(nodes)
+        if not components:
+            raise ValueError(f"no components: expected one or more, of 0 to {self.d - 1}")
         if bad := [k for k in components if not whole_number(k, 0) or k >= self.d]:
             raise ValueError(f"component {bad[0]}: expected 0 to {self.d - 1} in {self.d}D")
         if nodes.ndim != 1 or (len(nodes) and nodes.dtype.kind not in "biu"):
