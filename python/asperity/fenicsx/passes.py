@@ -26,8 +26,12 @@ from .response import Clock, respond
 from .state import State
 from .tangent import Equations
 
-PASSES = 8
-"""Most passes of a step: each costs an equilibrium, and in a snap the passes do not converge."""
+PASSES = 60
+"""Most passes of a step: each costs an equilibrium, but steps that end early are short, and then many.
+
+Of 12 snaps of a bar and 3 peeled beams paths with 8, 24, 40 and 60 cross 6, 11, 14 and 15.  Two walls that
+snap take 1577 and 1037 factorizations with 8 passes, which leave errors in 12 steps; 1126 and 1030 with 60.
+"""
 
 SAME_DAMAGE = 1e-3
 """Error of a damage, which lies between 0 and 1, below which no further pass is made."""
