@@ -147,8 +147,8 @@ class Branch:
                 self.reason = f"stopped at {self.at:.5g}: {reason}"
             return False
         loads = self._given(old.at)[1], report.load
-        work, doubt = work_of(self.model, old, new, loads, report.fixed)
-        self.ledger = ledger_after(self.model, self.ledger, new, 0.0, work, doubt)
+        done = work_of(self.model, old, new, loads, report.fixed)
+        self.ledger = ledger_after(self.model, self.ledger, new, 0.0, done)
         self.before, self.state, self.count = old, new, self.count + 1
         self.length = self._length(new.s - old.s)
         if iterations <= FAST:

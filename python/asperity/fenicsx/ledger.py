@@ -73,18 +73,31 @@ def ledger_of(m: Model, state: State, damped: float, work: float, kinetic: float
     return Ledger(kinetic, elastic, stored, sum(spent), damped, work)
 
 
-def ledger_after(m: Model, before: Ledger, state: State, damped: float, work: float, doubt: float) -> Ledger:
+def ledger_after(m: Model, before: Ledger, state: State, damped: float, done: Done) -> Ledger:
     """Energies after a step, in which drag and loads had these.
 
-    What is missing counts as released where a snap alone explains it: the strain energy has fallen by as
-    much, and by more than the errors of a step and than forces between those at both ends leave in doubt.
+    What is missing counts as released where a snap alone explains it: strain energy and dead loads have given
+    as much, and more than the errors of a step and than forces between those at both ends leave in doubt.
     """
-    now = ledger_of(m, state, before.damped + damped, before.work + work)
+    now = ledger_of(m, state, before.damped + damped, before.work + done.work)
     now = replace(now, released=before.released)
     short = before.balance - now.balance
-    errors = max(doubt, SNAP * (abs(work) + abs(now.spent - before.spent)))
-    snap = errors < short <= before.strain - now.strain
+    errors = max(done.doubt, SNAP * (abs(done.work) + abs(now.spent - before.spent)))
+    snap = errors < short <= before.strain - now.strain + done.dead
     return replace(now, released=now.released + short) if snap else now
+
+
+@dataclass(frozen=True)
+class Done:
+    """Work of loads, fixed components and water in a step, and by how much it differs at most.
+
+    doubt: where each force has any value between those at both ends.  dead: work of the loads that do not
+    change, less what fixed components take of it.
+    """
+
+    work: float
+    doubt: float
+    dead: float
 
 
 def opened(m: Model, old: State, new: State) -> float:
@@ -92,20 +105,23 @@ def opened(m: Model, old: State, new: State) -> float:
     return total(m.area @ (0.5 * (old.p + new.p) * (new.s - old.s)[:, 0]))
 
 
-def work_of(
-    m: Model, old: State, new: State, loads: tuple[Floats, Floats], fixed: Integers
-) -> tuple[float, float]:
+def work_of(m: Model, old: State, new: State, loads: tuple[Floats, Floats], fixed: Integers) -> Done:
     """Work between two states of loads (n d,) at both, of the fixed components, and of the water.
 
-    Forces change in proportion to the displacements.  With the work is by how much it differs at most where
-    each of them has any value between those at both ends.
+    Forces change in proportion to the displacements.
     """
     moved = new.u - old.u
+    same = loads[0] == loads[1]
+    same[fixed] = False
     forces, half = 0.5 * (loads[0] + loads[1]), 0.5 * (loads[1] - loads[0])
     forces[fixed] = 0.5 * (old.forces + new.forces)[fixed]
     half[fixed] = 0.5 * (new.forces - old.forces)[fixed]
     opening = m.area * (new.s - old.s)[:, 0]
-    work, doubt, wet = totals(
-        forces @ moved, np.abs(half * moved).sum(), np.abs(0.5 * (new.p - old.p) * opening).sum()
+    work, doubt, wet, dead, held = totals(
+        forces @ moved,
+        np.abs(half * moved).sum(),
+        np.abs(0.5 * (new.p - old.p) * opening).sum(),
+        forces[same] @ moved[same],
+        forces[fixed] @ moved[fixed],
     )
-    return work + opened(m, old, new), doubt + wet
+    return Done(work + opened(m, old, new), doubt + wet, max(dead + min(held, 0.0), 0.0))

@@ -232,7 +232,8 @@ class Follow:
             self.repeated += 1
             self.step = half
             return False
-        missed, work = ledger.balance - self.ledger.balance, ledger.work - self.ledger.work
+        released, work = ledger.released - self.ledger.released, ledger.work - self.ledger.work
+        missed = ledger.balance - self.ledger.balance - released
         self.jumped = under_loads and abs(missed) > SNAP * abs(work)
         self._take(report, ledger)
         self._grow(excess, report)
@@ -249,8 +250,8 @@ class Follow:
     def _ledger_after(self, report: Report, damped: float = 0.0) -> Ledger:
         """Energies at the state of a report; damped: that of the drag in the step."""
         new = report.taken()
-        work, doubt = work_of(self.model, self.state, new, (self._loads(), report.load), report.fixed)
-        return ledger_after(self.model, self.ledger, new, damped, work, doubt)
+        done = work_of(self.model, self.state, new, (self._loads(), report.load), report.fixed)
+        return ledger_after(self.model, self.ledger, new, damped, done)
 
     def _take(self, report: Report, ledger: Ledger) -> None:
         """Go on from the state of a report, with its energies."""
