@@ -341,6 +341,46 @@ for share in (0.0, 0.24):
 
 
 @pytest.mark.parametrize("ranks", RANKS)
+def test_one_of_bonds_in_series_breaks(ranks: int) -> None:
+    """Of bonds in series the one that is weakest by 0.1 % softens, and the others unload, also in long steps.
+
+    That all soften at once is an equilibrium, too, of twice the force, from which the model moves by itself.
+    """
+    results = of_all_ranks(
+        BOND
+        + """
+for count, weaker in ((2, 1e-3), (2, 0.0), (4, 1e-3)):
+    stacked = grid(range(3), range(count + 2), block=[range(count + 1)] * 2)
+    joints = {f"j{k}": (f"block_{k}", f"block_{k + 1}") for k in range(count)}
+    mesh = split(stacked, joints) if COMM.rank == 0 else None
+    material = replace(bond.material, eta=0.95, mu=0.0)
+    laws = {name: Interface(material, bond.pattern) for name in joints}
+    weak = replace(material, sigma0=STRENGTH * (1.0 - weaker))
+    m = Model(mesh, laws | {"j0": Interface(weak, bond.pattern)}, 2e4, 0.0)
+    top = m.group("top")[0]
+    fixed = np.r_[bottom(m), m.dofs(top, 0, 1)]
+    up = np.isin(fixed, m.dofs(top, 1))
+    follow = Follow(m, State.virgin(m), lambda t: Conditions(fixed, t * up), 0.01, 0.02)
+    follow.run(0.1)
+    force = total(follow.report.reaction[m.dofs(top, 1)].sum())
+    open_joints = sum(largest(follow.state.s[part, 0]) > 0.09 for part in m.parts)
+    results[f"{count} {weaker}"] = force, open_joints, follow.report.stable, abs(follow.unbalanced)
+""",
+        ranks,
+    )
+    s_0, s_f = 0.05 * 0.144, 0.144
+    for case, (force, opened, stable, unbalanced) in results.items():
+        count, weaker = map(float, case.split())
+        # openings of the weakest bond, of the others and of the blocks make 0.1
+        strength = 0.25 * (1.0 - weaker)
+        others = (count - 1.0) * s_0 / 0.25 + (count + 1.0) / 2e4
+        fall = strength / (s_f * 0.25 / strength - s_0)
+        exact = fall * (s_f * 0.25 / strength - 0.1) / (1.0 - fall * others)
+        assert force == pytest.approx(2.0 * exact, rel=5e-3), case
+        assert opened == 1 and stable and unbalanced < 2e-3, case
+
+
+@pytest.mark.parametrize("ranks", RANKS)
 def test_strain_energy_from_before_hides_no_error(ranks: int) -> None:
     """Blocks that are pressed from their sides before a bond breaks are halved in the steps of others.
 

@@ -16,13 +16,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from mpi4py import MPI
 
-from .. import contract
 from ..contract import Floats
 from .newton import Found, Task, newton, share
-from .ranks import COMM, total
-from .response import Clock, respond
+from .ranks import largest, total
+from .response import Clock, damages, respond
 from .state import State
 from .tangent import Equations
 
@@ -108,13 +106,10 @@ def _errors(
     equations: Equations, start: State, task: Task, found: Found, aim: Floats, clock: Clock
 ) -> tuple[float, float, float]:
     """Errors of a pass by its aim: largest of a damage, sum of those of forces, residual of the law."""
-    m, damage = equations.model, 0.0
+    m = equations.model
     assert found.response
     taken, true = (respond(m, start, s, task.dt, task.p, None, clock, True) for s in (aim, found.s))
-    first, step = contract.N_POINT_STATEV, contract.N_PLANE_STATEV
-    for law, mine, theirs in zip(m.laws, true.joints, taken.joints, strict=True):
-        planes = slice(first, first + step * law.n_planes, step)
-        damage = max(damage, float(np.abs(mine[:, planes] - theirs[:, planes]).max(initial=0.0)))
+    damage = largest(damages(m, true.joints) - damages(m, taken.joints))
     force = float(m.area @ np.linalg.norm(true.t - found.response.t, axis=1))
     full = (found.balance.full + m.pulled(true.t - found.response.t)) * equations.free
-    return float(COMM.allreduce(damage, MPI.MAX)), total(force), total(np.abs(full).sum())
+    return damage, total(force), total(np.abs(full).sum())

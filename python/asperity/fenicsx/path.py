@@ -17,6 +17,7 @@ Newton's method begins, and goes on after a step that it has ended.
                   unless it is the shortest one and no loads change
         energies of the path do not balance, by this step, and no loads change: keep the old state; the step
                   is repeated in halves, down to a share of the largest one and to the least
+        no loads change, and the equilibrium is not stable: it is left for one beside it
         else: take the new state; the step grows
 
 A `Follow` holds two states, the last and the one before, and the numbers of these rules.  What fails leaves
@@ -42,6 +43,7 @@ from .ledger import SNAP, Ledger, ledger_after, ledger_of, work_of
 from .model import Model
 from .passes import PASSES
 from .ranks import agree, called, real, total, totals, whole_number
+from .stability import beside
 from .state import State, read, write
 from .stopped import Stopped
 from .water import WATER, Water
@@ -74,6 +76,9 @@ SHORT = 0.22
 
 SHORTEST = 10.0
 """Least step by passes over that of Newton's method."""
+
+LEFT = 12
+"""Most equilibria of a step that are left as they are not stable: of n joints that soften at once n - 1."""
 
 FLAT = 1e-6
 """Share of the shortest step by which the parameter must grow in a step of the branch; else it turns."""
@@ -216,6 +221,8 @@ class Follow:
             if self.reason and under_loads:
                 self._leave(move)
             return False
+        if not under_loads:
+            report = self.report = self._left(report, at, move)
         damage, force = report.errors
         excess = max(damage / self.errors[0], force / self.errors[1])
         shortest = abs(move) <= self.shortest * SAME and not under_loads
@@ -224,8 +231,9 @@ class Follow:
             text = f"the last pass has an error of {force:.2g} of the forces and {damage:.2g} of a damage"
             self._cut(move, min(0.7, max(0.25, 0.8 / excess)), text, under_loads, self.shortest)
             return False
-        drag = np.broadcast_to(self.terms.drag, report.state.u.shape)
-        ledger = self._ledger_after(report, total(drag @ (report.state.u - self.state.u) ** 2) / abs(move))
+        moved = report.taken().u - self.state.u
+        drag = np.broadcast_to(self.terms.drag, moved.shape)
+        ledger = self._ledger_after(report, total(drag @ moved**2) / abs(move))
         half, least = 0.5 * abs(move), self.shortest if self.by_passes else self.least
         chosen = under_loads or self.always or half * SAME < max(FINEST * self.most, least)
         if not chosen and self._unbalanced(ledger):
@@ -361,6 +369,23 @@ class Follow:
             report = replace(ended, passes=report.passes)
         self.taken += taken
         return report, under_loads
+
+    def _left(self, report: Report, at: float, move: float) -> Report:
+        """Report of a stable equilibrium beside that of a report, or the same where none is found."""
+        terms = replace(self.terms, dt=abs(move))
+        for _ in range(LEFT):
+            ways = None if any(report.errors) else beside(report, terms)
+            if ways is None:
+                return report
+            for x in ways:
+                other = self._solve(at, move, ahead=x - self.state.u, passes=0)
+                self.taken += other.iterations
+                if other.state is not None:
+                    report = other
+                    break
+            else:
+                break
+        return replace(report, stable=False)
 
     def _solve(self, at: float, move: float, **others: Any) -> Report:
         """Solve a step from the last one, whose change goes on; with other terms."""

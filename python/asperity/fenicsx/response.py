@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from .. import _core, calls
+from .. import _core, calls, contract
 from ..contract import Floats
 from .model import Model
 from .ranks import COMM
@@ -37,6 +37,14 @@ class Response:
     t: Floats
     D: Floats
     joints: tuple[Floats, ...]
+
+
+def damages(model: Model, joints: tuple[Floats, ...]) -> Floats:
+    """Damages of the planes of all points here, in one row, of states by law."""
+    first, step = contract.N_POINT_STATEV, contract.N_PLANE_STATEV
+    rows = zip(model.laws, joints, strict=True)
+    by_law = (states[:, first : first + step * law.n_planes : step].ravel() for law, states in rows)
+    return np.concatenate([np.zeros(0), *by_law])
 
 
 @dataclass
