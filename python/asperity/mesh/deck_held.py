@@ -77,9 +77,13 @@ def _bodies(model: Model) -> Iterable[Group]:
         words: list[str | None] = []
         if block.keyword == "RIGID BODY":
             words = [block.parameters.get(name) for name in BODIES]
-        elif block.keyword == "COUPLING" and following.keyword == "KINEMATIC" and _translates(following, 0):
+        elif (
+            block.keyword == "COUPLING"
+            and following.keyword == "KINEMATIC"
+            and _translates(model, following, 0)
+        ):
             words = [block.parameters.get("SURFACE")] if "INFLUENCE RADIUS" not in block.parameters else []
-        elif block.keyword == "KINEMATIC COUPLING" and _translates(block, 1):
+        elif block.keyword == "KINEMATIC COUPLING" and _translates(model, block, 1):
             words = [row[0] for _, row in block.rows()]
         for word in filter(None, words):
             reference = (block.parameters.get("REF NODE") or str(id(block))).upper()
@@ -91,10 +95,11 @@ def _bodies(model: Model) -> Iterable[Group]:
     return groups.values()
 
 
-def _translates(block: Block, first: int) -> bool:
-    """Whether a coupling holds displacements: lines name directions from the word `first` on, or all."""
-    named = [row[first] for _, row in block.rows() if row[first:] and row[first]]
-    return not named or any(word in ("1", "2", "3") for word in named)
+def _translates(model: Model, block: Block, first: int) -> bool:
+    """Whether a coupling holds all displacements: lines name directions from the word `first` on, or none."""
+    named = [row if first else ["", *row] for _, row in block.rows() if row[first:] and row[first]]
+    held = {k for row in named for k in _directions(row)}
+    return not named or {*range(max(model.dimension, 2))} <= held
 
 
 def _supports(model: Model) -> Group:

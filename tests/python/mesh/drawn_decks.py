@@ -338,13 +338,14 @@ def _linked(text: str, words: Callable[[str, str], str], at_solids: bool = False
 def harmless(draw: np.random.Generator, text: str) -> str:
     """A right deck with equations and links that hold no side of a joint to the other one, now and then."""
     other = str(draw.choice(["PIN", "BEAM", "TIE"]))
-    kind = int(draw.integers(8))
+    kind = int(draw.integers(9))
     control = "*Equation\n3\n{0}, 2, 1., {1}, 2, -1., 1000000, 2, -1.\n"
     opposite = "*Equation\n2\n{0}, 2, 1., {1}, 2, 1.\n"
     along = "*Equation\n2\n{0}, 1, 1., {0}, 2, -1.\n"
     words = [
         control, opposite, along, "", f"*MPC\n{other}, {{0}}, 1000000\n", COUPLING.format("{0}"),
-        "*Boundary\n{0}, 1, 3\n{1}, 2\n", "*Boundary\n{0}, 1, 3\n{1}, 1, 1, 0.1\n{1}, 2, 3\n",
+        COUPLING.format("{0}, 1, 1\n{1}, 1, 1"), "*Boundary\n{0}, 1, 3\n{1}, 2\n",
+        "*Boundary\n{0}, 1, 3\n{1}, 1, 1, 0.1\n{1}, 2, 3\n",
     ][kind]  # fmt: skip
     linked = _linked(text, lambda low, up: words.format(low, up)) if words else text
     if "1000000" not in linked:

@@ -235,7 +235,8 @@ def _read(
 def specimens(table: Table) -> Table:
     """Table of strengths without the rows of means and other statistics, which a ModelWarning names."""
     rows = zip(table.lines, table.cells.to_numpy().tolist(), strict=True)
-    found = {line: cell for line, cells in rows for cell in cells if is_statistic(cell)}
+    firsts = {line: next(filter(None, cells), "") for line, cells in rows}
+    found = {line: cell for line, cell in firsts.items() if is_statistic(cell)}
     shown = ", ".join(f"line {line}: {cell}" for line, cell in found.items())
     if found and len(found) == len(table.cells):
         raise ValueError(f"{table.path}: {shown}: expected rows of specimens, not of statistics alone")
@@ -265,7 +266,9 @@ def refuse_marks(path: Path, rows: DataFrame) -> None:
         marks = large[[bool(re.fullmatch(r"-9{2,}(\.9+)?|9{3,}(\.9+)?", f"{value:.10g}")) for value in large]]
         others = column.drop(index=marks.index).dropna()
         low, high = min(0.0, others.min()), max(0.0, others.max())
-        for line, value in marks.items() if len(others) else ():
+        # tests without a pressure or a stiffness say nothing about the size of that of the others
+        compared = len(others) > 0 and (high > low or name not in ("sigma_N", "k_N"))
+        for line, value in marks.items() if compared else ():
             # among numbers of one sign the mark of the other one is none of them
             if abs(value) > MARK * (high - low) or (value < 0.0 == low) or (value > 0.0 == high):
                 wanted = "expected a number, or an empty cell"
@@ -490,7 +493,7 @@ def unloadings(slip: Floats, tau: Floats) -> Iterator[slice]:
             unloads = start - least > OF_CYCLE * most and (back > BACK * reach or least < UNLOADED * start)
         else:
             unloads = back < ELASTIC * reach and tau[-1] < UNLOADED * start
-        if unloads and least > -OF_CYCLE * most:
+        if unloads and least > -OF_CYCLE * start:
             yield rows
 
 

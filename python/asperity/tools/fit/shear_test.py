@@ -272,7 +272,8 @@ def outliers(values: Floats) -> list[int]:
     middle = 0.5 * (ordered[gap] + ordered[gap + 1])
     above = values > middle
     others = np.flatnonzero(above == (2 * np.sum(above) > values.size))
-    if not np.diff(ordered)[gap] > LONELY * float(np.ptp(values[others])):
+    # others that are equal have no range to compare with
+    if not 0.0 < LONELY * float(np.ptp(values[others])) < np.diff(ordered)[gap]:
         return []
     return sorted({*range(int(others[0]), int(others[-1]))} - {*others.tolist()})
 

@@ -212,6 +212,14 @@ def test_rows_of_statistics(word: str, tmp_path: Path) -> None:
     )
 
 
+def test_words_of_statistics_beside_a_specimen(tmp_path: Path) -> None:
+    """A word in another column than the first one describes a specimen, as a roughness does in Spanish."""
+    rows = "1;1.2;baja\n2;2.2;media\n3;3.1;max\n"
+    found, caught = warned(write(tmp_path, f"sigma_N;peak;Rugosidad\n{rows}"))
+    assert [one.peak for one in found] == [1.2, 2.2, 3.1]
+    assert not any("left out" in one for one in caught)
+
+
 def test_headings_of_curves(tmp_path: Path) -> None:
     """A dilation angle is no dilation, an opening is one, and a closure has its names in other languages."""
     text = (HEADER + ROWS).replace("dilation", "Opening").replace(",-1\n", ",-1,30\n")
@@ -324,6 +332,7 @@ def test_names_in_first_rows_and_counters(name: str, tmp_path: Path) -> None:
         ("0.7,0.75,0.14,-1\n0.7,0.7,0.14,-1\n", 9),
         ("0.68,0.2,0.14,-1\n0.66,-0.6,0.14,-1\n", 9),
         ("0.6,0.1,0.14,-1\n0.3,-0.1,0.08,-1\n0,-0.8,0,-1\n", 10),
+        ("0.75,0.06,0.14,-1\n0.74,-0.02,0.14,-1\n", 9),
     ],
 )
 @pytest.mark.parametrize("side", [1.0, -1.0])

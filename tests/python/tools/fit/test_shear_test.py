@@ -28,9 +28,18 @@ def test_numbers_like_marks(tmp_path: Path) -> None:
     assert len(read_tests(write(tmp_path, text))) == 3
     with pytest.warns(asperity.ModelWarning, match="line 4: the largest stress, 999, is unusual for a shear"):
         read_tests(write(tmp_path, text.replace("kPa", "MPa")))
+    beside_none = write(tmp_path, "sigma_N [kPa],peak [kPa]\n0,20\n0,22\n999,810\n", "none.csv")
+    assert [one.sigma_N for one in read_tests(beside_none)][-1] == pytest.approx(-0.999)
     plain = write(tmp_path, "sigma_N,peak\n1,2\n", "plain.csv")
     with pytest.raises(ValueError, match=r"plain.csv: line 2: no units in the header: expected units in e"):
         read_tests([write(tmp_path, text), plain])
+
+
+def test_flat_dilation_with_flicker(tmp_path: Path) -> None:
+    """A dilation of 0 with the last digit of its gauge in some rows has no outliers."""
+    rows = "".join(f"{i},{1.0 + 0.01 * i},{0.001 if i in (3, 9) else 0:g},-1\n" for i in range(1, 21))
+    [test] = read_tests(write(tmp_path, HEADER + rows))
+    assert test.slip.size == 20
 
 
 def test_closing_joint(tmp_path: Path) -> None:
