@@ -186,15 +186,18 @@ CHINESE = {
 """Names of the columns in Chinese."""
 
 
-STATISTICS = frozenset(
-    "mean average avg median std sd stdev stddev standarddeviation standarderror cov cv coefficient variance "
-    "min minimum max maximum range sum total count mittel mittelwert standardabweichung stdabw stabw varianz "
-    "variationskoeffizient summe anzahl moyenne mediane ecarttype somme media mediana deviazionestandard "
-    "scartotipo scartoquadraticomedio coefficiente promedio desviacionestandar desviaciontipica coeficiente "
-    "desviopadrao minimo massimo maximo suma soma \u5e73\u5747 \u5e73\u5747\u503c \u5747\u503c "
-    "\u6807\u51c6\u5dee \u53d8\u5f02\u7cfb\u6570 \u6700\u5927\u503c \u6700\u5c0f\u503c".split()
+STATISTICS = re.compile(
+    r"(valeur|valore?|arith\w*?|geom\w*?|gesamt|grand|total|overall)?"
+    r"(means?|averages?|avg|median[aeo]?|mittel(werte?)?|mw|durchschnitt(swerte?)?|moy|moyennes?|medi[ao]"
+    r"|promedio|min|minimum|minimo|max|maximum|massimo|maximo|range|sum|summe|somme|suma|soma|total|count"
+    r"|anzahl|sd|sem|char(acteristic)?|cov|cv|varianz|variance"
+    r"|(standard|stand|std|st)(deviation|dev|abweichung|abw|fehler|error|err)|std|stabw"
+    r"|(deviazione|desviacion|desvio|dev|desv)(standard|estandar|std|st|est|tipica|tip|padrao|pad)"
+    r"|(ecart|scarto)(type|tipo|quadraticomedio)|(var|variations?)[ck]oeff?(izient)?"
+    r"|coeff?(icient[ea]?|iente)?(var|variation|variacion|variacao|variazione)?"
+    r"|\u5e73?\u5747\u503c|\u5e73\u5747|\u6807\u51c6\u504f?\u5dee|\u53d8\u5f02\u7cfb\u6570|\u6700[\u5927\u5c0f]\u503c)+"
 )
-"""Words of statistics in these languages without blanks and points, as in `Std. dev.`."""
+"""Words of statistics in these languages without blanks and points, also two, as in `Mean \u00b1 SD`."""
 
 OF_WHAT = re.compile(r"[(\[:=\d]|\b(?:values?|of|for|at|von|bei|des?|di)\b")
 """What ends a word of statistics, and tells of which rows it is."""
@@ -208,7 +211,7 @@ def is_statistic(cell: str) -> bool:
     text = unicodedata.normalize("NFKD", cell.casefold())
     text = "".join(letter for letter in text if not unicodedata.combining(letter))
     word = re.sub(r"[\W_]", "", OF_WHAT.split(text)[0])
-    return word in STATISTICS and not (len(word) <= SHORT and re.search(r"^\W*\w+\W*\d", text))
+    return bool(STATISTICS.fullmatch(word)) and not (len(word) <= SHORT and re.search(r"^\W*\w+\W*\d", text))
 
 
 def is_quotient(name: str) -> bool:

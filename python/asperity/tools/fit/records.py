@@ -27,6 +27,7 @@ from .columns import (
     columns_of,
     factors_of,
     is_statistic,
+    standard,
     with_names,
 )
 from .shear_test import ShearTest, check_rows, check_sizes, check_stiffness
@@ -233,10 +234,16 @@ def _read(
 
 
 def specimens(table: Table) -> Table:
-    """Table of strengths without the rows of means and other statistics, which a ModelWarning names."""
-    rows = zip(table.lines, table.cells.to_numpy().tolist(), strict=True)
-    firsts = {line: next(filter(None, cells), "") for line, cells in rows}
-    found = {line: cell for line, cell in firsts.items() if is_statistic(cell)}
+    """Table of strengths without the rows of means and other statistics, which a ModelWarning names.
+
+    Their word stands where the specimens have their names, or in the first cell, as a roughness may be mean.
+    """
+    named = [place for place, name in enumerate(table.names) if standard(name) == "test"]
+    found: dict[int, str] = {}
+    for line, cells in zip(table.lines, table.cells.to_numpy().tolist(), strict=True):
+        names = [cells[place] for place in named if cells[place]] or [*filter(None, cells)][:1]
+        if any(map(is_statistic, names)):
+            found[line] = " ".join(names)
     shown = ", ".join(f"line {line}: {cell}" for line, cell in found.items())
     if found and len(found) == len(table.cells):
         raise ValueError(f"{table.path}: {shown}: expected rows of specimens, not of statistics alone")

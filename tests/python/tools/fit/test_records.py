@@ -198,6 +198,9 @@ STATISTICS = (
     "Mean; AVERAGE; avg.; Median; Std. dev.; St.Dev; Standard deviation (n = 3); s.d.; CoV [%]; c.o.v.; min"
     "; Max.; Mittelwert; Std.-Abw.; Moyenne; \u00c9cart-type; Media; Desviaci\u00f3n est\u00e1ndar; mean of 3"
     "; Mean 0.2 MPa; Coefficient of variation; Sum; \u5e73\u5747\u503c"
+    "; Std. deviation; Standardabw.; Dev. std.; Standard dev.; Mean \u00b1 SD; Arithmetic mean; Means"
+    "; Durchschnitt; Mittelwerte; MW; Var.-Koeff.; Moy.; Valeur moyenne; Valore medio; Desv. est."
+    "; Coeff. of variation; SEM; Char. value"
 )
 
 
@@ -218,6 +221,14 @@ def test_words_of_statistics_beside_a_specimen(tmp_path: Path) -> None:
     found, caught = warned(write(tmp_path, f"sigma_N;peak;Rugosidad\n{rows}"))
     assert [one.peak for one in found] == [1.2, 2.2, 3.1]
     assert not any("left out" in one for one in caught)
+
+
+def test_words_of_statistics_where_specimens_have_their_names(tmp_path: Path) -> None:
+    """A word of statistics in place of a name counts behind a rock, too; beside a name it is a class."""
+    rows = "mittel;T1;1;1.2\nmin;T2;2;2.2\nmittel;T3;3;3.1\nGranite;Mean;2;2.2\nMean;;2;2.2\n"
+    found, caught = warned(write(tmp_path, f"Class;Specimen;sigma_N;peak\n{rows}"))
+    assert [one.peak for one in found] == [1.2, 2.2, 3.1]
+    assert any(one.endswith("no specimens: line 5: Mean, line 6: Mean") for one in caught)
 
 
 def test_headings_of_curves(tmp_path: Path) -> None:
