@@ -55,6 +55,9 @@ def columns_of(table: Table, renamed: Mapping[str, str], optional: bool, forces:
     dropped = {FORCES[name] for name in names if name in FORCES} if forces else {*FORCES}
     names = ["" if name in dropped else name for name in names]
     shown = {FORCES.get(name, name) for name in names}
+    if "strength" in names and "peak" in names and "peak" not in renamed:
+        both = " and ".join(headers[names.index(name)] for name in ("strength", "peak"))
+        raise ValueError(f"{there} one strength, not {both} (--columns peak=HEADER for that of the peak)")
     if "strength" in shown and not {"tau", "slip", "peak"} & shown:
         # a strength without a slip is that of a test
         names, shown = ["peak" if name == "strength" else name for name in names], {*shown, "peak"}
@@ -127,6 +130,9 @@ def factors_of(where: str, units: Mapping[str, str], target: tuple[str, str]) ->
 ALONG = r"(?=.*(shear|horiz|tangen|scher|schub|cisail|taglio|orizzontal|corte|cortant|cisalha|tranchant))"
 ACROSS = r"(?=.*(normal|vert\b|vertical|vertikal|confin))"
 PATH = r"(?=.*(disp|verschieb|hebung|weg\b|deplac|sposta|desplaza|desloca|slip))"
+NO_WAY = r"(?!.*(disp|verschieb|hebung|weg\b|deplac|sposta|desplaza|desloca|slip|dilat))"
+"""No displacement or dilation, such as that at the peak stress."""
+
 STRESS = r"(?=.*(stress|spannung|contrainte|tension|sforzo|esfuerzo|tensao|traction|pressure|pression))"
 STRENGTH = r"(?=.*(stress|strength|spannung|festig|contrainte|resist|tension|esfuerzo|tensao))"
 SYMBOL = r"(d|delta|u|dl|du|delta_?[lu])_?"
@@ -147,17 +153,20 @@ PER_AREA = r"(force|load|kraft|last|forza|fuerza|forca)\s*(per|/|pro|par|por)\s*
 
 ANGLES = "angle|winkel|angolo|angulo"
 OTHER = rf"rate|speed|veloc|geschwind|vitesse|strain|{ANGLES}|ratio|coeff|energ|normali[sz]|rms\b"
-"""Quantities that are none of these columns, as the dilation angle or a normalized stress."""
+OTHER += "|axial|deviator|barton|predict|estimat|model|calculat"
+"""Quantities that are none of these columns, as the dilation angle, a normalized stress, those of a triaxial
+test or of a model.
+"""
 
 RULES = {
-    "peak": rf"{PEAK}{STRENGTH}{SIZE}|tau[_ ]?(p|peak|max|f)\b|(peak|max\w*)[. _]*tau\b",
-    "residual": rf"{RESIDUAL}{STRENGTH}{SIZE}|tau[_ ]?(r|res|residual)\b|residual[ _]tau\b",
+    "peak": rf"{PEAK}{STRENGTH}{NO_WAY}{SIZE}|tau[_ ]?(p|peak|max|f)\b|(peak|max\w*)[. _]*tau\b",
+    "residual": rf"{RESIDUAL}{STRENGTH}{NO_WAY}{SIZE}|tau[_ ]?(r|res|residual)\b|residual[ _]tau\b",
     "strength": rf"{ALONG}(?=.*(strength|festig|resist))",
     "peak_slip": rf"{PEAK}{PATH}{SIZE}",
     "closure": r"((joint|fracture|normal|crack)[_ ])?closure|schliess|kluftschl|fermeture|chiusura|cierre"
     r"|fechamento",
     "slip": rf"{ALONG}{PATH}|schlupf|glissement|{SYMBOL}(s|h|shear)$",
-    "tau": rf"{ALONG}{STRESS}|tau\b",
+    "tau": rf"{ALONG}{STRESS}{NO_WAY}|tau\b",
     "sigma_N": rf"{ACROSS}{STRESS}|sigma_?n?(_?eff)?\b",
     "dilation": rf"{ACROSS}{PATH}|s_n\b|dilat|uplift|hebung|((joint|crack) )?opening|offnung|ouverture"
     rf"|{SYMBOL}(n|v|normal)$",

@@ -194,6 +194,28 @@ def test_headings_of_strengths(column: str, headings: str, tmp_path: Path) -> No
         assert [-test.sigma_N for test in tests] == numbers["sigma_N"], heading
 
 
+@pytest.mark.parametrize(
+    ("heading", "column"),
+    [
+        ("Displacement at peak stress", "peak_slip"),
+        ("Verschiebung bei max. Scherspannung", "peak_slip"),
+        ("Shear displacement at residual shear stress", "slip"),
+        ("Dilation at peak shear stress", ""),
+        ("Barton peak strength", ""),
+        ("Predicted residual strength", ""),
+    ],
+)
+def test_quantities_at_a_strength(heading: str, column: str, tmp_path: Path) -> None:
+    """A displacement at the peak is no peak, nor is the strength of a model."""
+    path = write(tmp_path, f"sigma_N;Peak strength;{heading}\n1;1.2;0.5\n2;2.2;0.6\n3;3.1;0.7\n")
+    found, caught = warned(path)
+    assert [one.peak for one in found] == [1.2, 2.2, 3.1]
+    assert [getattr(one, column or "slip") for one in found] == pytest.approx(
+        [0.5, 0.6, 0.7] if column else [np.nan] * 3, nan_ok=True
+    )
+    assert [one.endswith(f"not used: {heading}") for one in caught] == [True] * (not column)
+
+
 STATISTICS = (
     "Mean; AVERAGE; avg.; Median; Std. dev.; St.Dev; Standard deviation (n = 3); s.d.; CoV [%]; c.o.v.; min"
     "; Max.; Mittelwert; Std.-Abw.; Moyenne; \u00c9cart-type; Media; Desviaci\u00f3n est\u00e1ndar; mean of 3"
