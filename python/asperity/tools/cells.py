@@ -24,6 +24,9 @@ PLAIN = r"[-+]?\d+([eE][-+]?\d+)?"
 WIDE = re.compile("[\u3000\u3300-\u33ff\uff00-\uffef]")
 """Brackets, commas, letters, digits and units that are as wide as a Chinese character."""
 
+COUNTRIES = (";", "\t")
+"""Separators of files of countries with decimal commas, too."""
+
 OTHER = {".": ",", ",": "."}
 WORDS = {".": "decimal points", ",": "decimal commas"}
 
@@ -80,7 +83,7 @@ def numbers_of(
     import pandas as pd
 
     texts = cells[list(columns)].set_axis(list(names), axis=1)
-    marks = ";" if separator == ";" or decimal else ""
+    marks = ";" if separator in COUNTRIES or decimal else ""
     if not marks and not any(cells[column].str.contains(",", regex=False).any() for column in cells):
         # points alone, in a file whose separator is that of countries with decimal points
         fine = texts.apply(lambda column: column.str.fullmatch(r"[-+.eE\d]+")).to_numpy(dtype=bool)
@@ -90,7 +93,7 @@ def numbers_of(
     plain = cells.apply(lambda column: column.str.replace(GROUPS, "", regex=True))
     shown = {column: _shown(plain[column]) for column in plain}
     everywhere = {*shown.values()} - {None}
-    if not everywhere and separator != ";" and not _commas(plain):
+    if not everywhere and separator not in COUNTRIES and not _commas(plain):
         everywhere = {"."}
     numbers, wrong = np.full(texts.shape, np.nan), []
     for j, (column, name) in enumerate(zip(columns, names, strict=True)):

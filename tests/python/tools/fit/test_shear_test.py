@@ -67,6 +67,7 @@ def test_closing_joint(tmp_path: Path) -> None:
         ("1.000;1.200,9;-5\n2.000;300,5;-5\n", None, 0.0, 0.0),
         ("1,000;0.5;-5\n2,000;0.75;-5\n", None, 0.0, 0.0),
         ("1.000\t1,5\t-5\n2.000\t2,5\t-5\n", None, 0.0, 0.0),
+        ("1.000\t1.150\t-5\n2.000\t1.234\t-5\n", None, 0.0, 0.0),
     ],
 )
 def test_decimal_marks(text: str, decimal: str | None, slip: float, tau: float, tmp_path: Path) -> None:
@@ -167,6 +168,12 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
         "expected tau, too (--columns tau=HEADER, in Python columns=, for "
         "a column with another name; \u03c4/\u03c3n is a ratio, and no stress)",
     ),
+    (
+        "sigma_N,Shear strength,Peak strength\n1,2,3\n",
+        {},
+        "expected one strength, not Shear strength and Peak strength (--columns peak=HEADER for that of the",
+    ),
+    ("Confining pressure;Peak deviator stress\n1;8.8\n2;11.7\n", {}, "Peak deviator stress: expected slip,"),
     # rows
     ("", {}, "no rows: expected a header"),
     (HEADER + "0.1,1,0.1,-1\n", {}, "record.csv: 1 rows: expected at least 5"),
