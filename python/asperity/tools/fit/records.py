@@ -38,8 +38,10 @@ from .thresholds import (
     CLEARLY,
     ELASTIC,
     FIRST_ROWS,
+    LARGEST_FRICTION,
     LATE,
     LEAP,
+    LEAST_FRICTION,
     LEAST_NOISE,
     LEAST_WAY,
     MARK,
@@ -296,6 +298,13 @@ def _check_units(strengths: Sequence[Strength]) -> None:
     text = f"{one.name}: the largest stress, {largest:.3g}, is unusual for a shear box"
     odd = bool(one.units) and not low <= largest * size("stress", one.units["stress"]) <= high
     warn_if(odd, f"{text}: check the units of the header")
+    ratios = [abs(one.peak / one.sigma_N) for one in strengths if one.sigma_N < 0.0]
+    median = float(np.median(ratios or [1.0]))
+    text = f"{strengths[0].name}: the median ratio of peak to pressure is {median:.3g}, which is unusual"
+    warn_if(
+        not LEAST_FRICTION <= median <= LARGEST_FRICTION,
+        f"{text}: check that both are stresses of one unit, and no forces",
+    )
 
 
 def _strengths(rows: DataFrame) -> list[Strength]:

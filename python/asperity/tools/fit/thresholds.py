@@ -162,6 +162,11 @@ LARGEST_RATIO, LARGEST_FRICTION = 1.0e3, 100.0
 |sigma_N| without units (a friction of 0.8 on planes of 45 degrees gives 9).
 """
 
+LEAST_FRICTION = 0.15
+"""Median ratio of peaks to pressures of a table below which one of them may be in another unit: clay and
+graphite have 8.5 degrees, joints of rock, concrete and masonry 20 degrees and more.
+"""
+
 STEEPEST, OFFSET = 20.0, 0.5
 """Ratio of dilation to slip of planes of 87 degrees; largest first dilation or slip over its range."""
 

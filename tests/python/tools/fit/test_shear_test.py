@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,16 @@ def test_numbers_like_marks(tmp_path: Path) -> None:
     plain = write(tmp_path, "sigma_N,peak\n1,2\n", "plain.csv")
     with pytest.raises(ValueError, match=r"plain.csv: line 2: no units in the header: expected units in e"):
         read_tests([write(tmp_path, text), plain])
+
+
+@pytest.mark.parametrize(("scale", "told"), [(0.02, True), (0.05, False), (20.0, False), (400.0, True)])
+def test_peaks_beside_pressures(scale: float, told: bool, tmp_path: Path) -> None:
+    """Peaks that are small or large beside the pressures are told, as forces beside stresses are."""
+    text = "".join(f"{p},{scale * (4.0 * p + 1.0):g}\n" for p in (0, 5, 10, 15))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        assert len(read_tests(write(tmp_path, "sigma_N,peak\n" + text))) == 4
+    assert ["the median ratio of peak to pressure is" in str(one.message) for one in caught] == [True] * told
 
 
 def test_flat_dilation_with_flicker(tmp_path: Path) -> None:
