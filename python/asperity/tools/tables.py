@@ -257,12 +257,15 @@ def _rows_with_names(lines: Sequence[str], mark: str) -> list[tuple[str, list[st
 def _of_book(book: Path, sheet: str, expected: str) -> list[Table]:
     """Tables of the sheets of a workbook, or of one."""
     tables, empty = [], []
-    shown, hidden = sheets(book, sheet)
+    shown, hidden, lines = sheets(book, sheet)
     for name, rows in shown.items():
         label = Path(f"{book}:{name}")
         table = _table(label, *_as_lines(rows)) if any(map(any, rows)) else None
         if table is not None and len(table.cells):
             tables.append(table)
+            within = [str(line) for line in lines[name] if line in table.cells.index]
+            first = ", ".join(within[:MOST_ERRORS])
+            warn_if(within, f"{label}: hidden rows are read, too: {len(within)} (line {first})")
         else:
             empty.append(name)
     if hidden:

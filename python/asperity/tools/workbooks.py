@@ -8,9 +8,13 @@ from typing import Any
 
 from ..installed import needed
 
+Cells = dict[str, list[list[str]]]
 
-def sheets(path: Path, wanted: str = "") -> tuple[dict[str, list[list[str]]], list[str]]:
+
+def sheets(path: Path, wanted: str = "") -> tuple[Cells, list[str], dict[str, list[int]]]:
     """Cells of the sheets of a workbook by name, as text, without hidden ones, whose names come second.
+
+    Third come the lines of each sheet that are hidden, as those that a filter leaves out, but have cells.
 
     wanted: name of the one sheet that is read, which may be hidden.
 
@@ -30,7 +34,7 @@ def sheets(path: Path, wanted: str = "") -> tuple[dict[str, list[list[str]]], li
     hidden = [sheet.title for sheet in values.worksheets if sheet.sheet_state != "visible"]
     if wanted and wanted not in names:
         raise ValueError(f"{path}: sheet {wanted}: expected one of {', '.join(names)}")
-    texts = {}
+    texts, lines = {}, {}
     for name in [wanted] if wanted else [name for name in names if name not in hidden]:
         rows = values[name].iter_rows(values_only=True), formulas[name].iter_rows(values_only=True)
         cells: list[list[str]] = []
@@ -41,7 +45,9 @@ def sheets(path: Path, wanted: str = "") -> tuple[dict[str, list[list[str]]], li
                     raise ValueError(f"{path}:{name}: {text}; open the file and save it")
             cells.append([_text(value) for value in line])
         texts[name] = cells
-    return texts, [] if wanted else hidden
+        shown = formulas[name].row_dimensions
+        lines[name] = [i for i, row in enumerate(cells, 1) if any(row) and i in shown and shown[i].hidden]
+    return texts, [] if wanted else hidden, lines
 
 
 def _text(value: Any) -> str:

@@ -150,6 +150,11 @@ def test_workbook(tmp_path: Path) -> None:
         [only] = read_tests(path)
     assert only.name == f"{path}:Test A" and read_tests(f"{path}:B")[0].tau.max() == 8.0
     second.sheet_state = "visible"
+    for line in (1, 5, 7):
+        second.row_dimensions[line].hidden = True
+    book.save(path)
+    with pytest.warns(ModelWarning, match=r"book.xlsx:B: hidden rows are read, too: 2 \(line 5, 7\)"):
+        assert read_tests(f"{path}:B")[0].slip.size == 7
     second["B5"] = "=A5*2"
     book.save(path)
     for name, message in ((f"{path}:C", "sheet C: expected one of Test A, B, Notes"),
