@@ -381,6 +381,62 @@ for count, weaker in ((2, 1e-3), (2, 0.0), (4, 1e-3)):
 
 
 @pytest.mark.parametrize("ranks", RANKS)
+def test_the_bond_that_softens_first_breaks(ranks: int) -> None:
+    """Of two bonds the weaker one opens, whatever energy the other one releases and whatever else is soft.
+
+    A block of 1 MPa on top carries nothing, and the loads are noise: they change by their rounding errors.
+    """
+    results = of_all_ranks(
+        BOND
+        + """
+def pulled_bonds(bonds, most, E=2e4, noise=0.0):
+    count = len(bonds)
+    rows = [*range(count + 2), *(count + 1 + 0.5 * np.arange(1, 21))]
+    stacked = grid(range(3), rows, block=[*range(count + 1), *[count + 1] * 20])
+    joints = {f"j{k}": (f"block_{k}", f"block_{k + 1}") for k in range(count)}
+    mesh = split(stacked, joints) if COMM.rank == 0 else None
+    flat = Pattern.regular(0, 0.0)
+    laws = {name: Interface(Material(**bond, mu=0.0), flat) for name, bond in zip(joints, bonds, strict=True)}
+    stiffness = {f"block_{k}": 2e4 for k in range(count + 1)} | {f"block_{count + 1}": E}
+    m = Model(mesh, laws, stiffness, 0.0)
+    driven = np.abs(m.x[:, 1] - count - 1.0) < 1e-9
+    below = m.x[:, 1] < count + 1.0 + 1e-9
+    fixed = np.r_[m.dofs(m.x[:, 1] < 1e-9, 1), m.dofs(driven, 1), m.dofs(below, 0)]
+    up = np.isin(fixed, m.dofs(driven, 1))
+    weight = m.body([0.0, -1e-5], "block_1")
+    of = lambda t: Conditions(fixed, t * up, load=weight * (1.0 + noise * t))
+    follow = Follow(m, solve(m, State.virgin(m), of(0.0)).taken(), of, most, 2.0 * most)
+    judged = [report.stable for report in follow.to(0.08)]
+    force = total(follow.report.reaction[m.dofs(driven, 1)].sum())
+    return force, [largest(follow.state.s[part, 0]) for part in m.parts], judged
+
+tough, brittle = dict(sigma0=0.2, Gc=0.02, eta=0.9), dict(sigma0=0.2004, Gc=0.008, eta=0.9)
+for most in (0.02, 0.0025):
+    results[f"brittle, {most}"] = pulled_bonds([tough, brittle], most)
+equal = dict(sigma0=0.2, Gc=0.02, eta=0.9)
+results["soft"] = pulled_bonds([equal, equal], 0.01, E=1.0)
+results["noise"] = pulled_bonds([equal, equal], 0.01, noise=1e-9)
+results["one"] = pulled_bonds([equal], 0.01)
+""",
+        ranks,
+    )
+    # the softening branch from s_0 = 0.1 s_f, where s_f = 2 Gc / sigma0, with the compliances of the rest
+    s_f, strength = 0.2, 0.2
+    fall = strength / (0.9 * s_f)
+    for case, (force, openings, judged) in results.items():
+        compliance = 3.0 / 2e4
+        if case == "one":
+            compliance -= 1.0 / 2e4
+        else:
+            compliance += 0.1 * 2.0 * 0.008 / 0.2004**2 if "brittle" in case else 0.1
+        exact = fall * (s_f - 0.08) / (1.0 - fall * compliance)
+        assert force == pytest.approx(2.0 * exact, rel=0.02), case
+        opened = [opening > 0.05 for opening in openings]
+        assert sum(opened) == 1 and (opened[0] or "brittle" not in case), case
+        assert judged[-1] is True and False not in judged, case
+
+
+@pytest.mark.parametrize("ranks", RANKS)
 def test_strain_energy_from_before_hides_no_error(ranks: int) -> None:
     """Blocks that are pressed from their sides before a bond breaks are halved in the steps of others.
 

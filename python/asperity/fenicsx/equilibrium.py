@@ -83,8 +83,8 @@ class Report:
     pressures in the joints at the openings before, and the last ones.  rates: inflows of each flow by group.
     linear, factored: iterations and factorizations of the linear equations; law: processor seconds in the
     law.  factor: entries, operations and GB of the last factor.  between: the model, and the state before.
-    stable: False where a path without changing loads finds no equilibrium of a step that the model does not
-    leave by itself.
+    stable: whether the model stays there by itself, as a path finds in steps without changing loads; None
+    where that is not judged: under such loads, by passes, outside paths.
     """
 
     state: State | None
@@ -108,7 +108,7 @@ class Report:
     law: float = 0.0
     factor: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0))
     between: tuple[Model, State] | None = None
-    stable: bool = True
+    stable: bool | None = None
 
     def __post_init__(self) -> None:
         """Make the arrays read-only: a path goes on from them."""

@@ -17,7 +17,8 @@ Newton's method begins, and goes on after a step that it has ended.
                   unless it is the shortest one and no loads change
         energies of the path do not balance, by this step, and no loads change: keep the old state; the step
                   is repeated in halves, down to a share of the largest one and to the least
-        no loads change, and the equilibrium is not stable: it is left for one beside it
+        no loads change, and the equilibrium is not stable: it is left for one beside it; where one is on each
+                  side the step is repeated in halves, as of two joints the one that softens first opens
         else: take the new state; the step grows
 
 A `Follow` holds two states, the last and the one before, and the numbers of these rules.  What fails leaves
@@ -57,6 +58,9 @@ CUT = 0.5, 0.25
 ERRORS = 0.1, 0.01
 """Errors of a step by passes, of a damage and of forces, beyond which a shorter one replaces it."""
 
+ENOUGH = 0.01
+"""Errors of a step by passes, over those, up to which Newton's method goes on."""
+
 MISSING, FINEST = 3e-3, 0.03125
 """Energy that a path may miss, over its work and the change of the strain energy; and the finest share.
 
@@ -79,6 +83,9 @@ SHORTEST = 10.0
 
 LEFT = 12
 """Most equilibria of a step that are left as they are not stable: of n joints that soften at once n - 1."""
+
+NOISE = 1e-8
+"""Change of the loads in the largest step, over the forces, up to which it is that of rounding errors."""
 
 FLAT = 1e-6
 """Share of the shortest step by which the parameter must grow in a step of the branch; else it turns."""
@@ -103,7 +110,8 @@ class Follow:
     same value.  state: of the last step, `before` that of the one before.  report: of the last attempt.
     count: steps.  cuts, repeated: attempts that failed, or left errors or energies too large.  taken:
     iterations of all attempts.  reason: why the path is stopped, or empty; kind: where loads change,
-    LIMIT_LOAD, LAW or NOT_FOUND.  mechanism (n d,): how the model moves at a limit load, of the length 1.
+    LIMIT_LOAD, LAW or NOT_FOUND.  fork: value before which two ways were seen.  mechanism (n d,): how the
+    model moves at a limit load, of the length 1.
     ledger: energies since the start, `start` that of it.
 
     Under loads short steps end at the first limit load, even where equilibria farther away carry more;
@@ -149,7 +157,7 @@ class Follow:
         self.step, self.most, self.least = step, most, least
         self.passes, self.limit, self.errors = passes, limit, (shares[1], min(shares[2], limit))
         self.always, self.by_passes, self.shortest = always, always, min(SHORTEST * least, most)
-        self.jumped = False
+        self.jumped, self.fork = False, 0.0
         self.cuts, self.repeated, self.taken, self.count, self.reason = 0, 0, 0, 0, ""
         self.kind = ""
         self.branch: Branch | None = None
@@ -222,7 +230,13 @@ class Follow:
                 self._leave(move)
             return False
         if not under_loads:
-            report = self.report = self._left(report, at, move)
+            left = self._left(report, at, move)
+            if left is None:
+                self.fork = at
+                self.repeated += 1
+                self.step = 0.5 * abs(move)
+                return False
+            report = self.report = left
         damage, force = report.errors
         excess = max(damage / self.errors[0], force / self.errors[1])
         shortest = abs(move) <= self.shortest * SAME and not under_loads
@@ -357,8 +371,11 @@ class Follow:
         report, loads, pressed = self._solve(at, move, **others), self._loads(), self.state.p
         taken = report.iterations
 
+        noise = NOISE * self.state.scale * abs(move) / self.most
+
         def loaded(p: Floats) -> bool:
-            return total(np.abs(report.load - loads).sum() + np.abs(p - pressed).sum()) > 0.0
+            forces = np.abs(report.load - loads).sum() + self.model.area @ np.abs(p - pressed)
+            return bool(total(forces) > noise)
 
         under_loads = loaded(report.first) or (report.state is not None and loaded(report.p))  # or by a flow
         under_loads = under_loads or report.reason.startswith(WATER)
@@ -370,13 +387,18 @@ class Follow:
         self.taken += taken
         return report, under_loads
 
-    def _left(self, report: Report, at: float, move: float) -> Report:
-        """Report of a stable equilibrium beside that of a report, or the same where none is found."""
+    def _left(self, report: Report, at: float, move: float) -> Report | None:
+        """Report of a stable equilibrium beside that of a report, or the same where none is found.
+
+        None where there are two and a shorter step may show which is the first one.
+        """
         terms = replace(self.terms, dt=abs(move))
         for _ in range(LEFT):
             ways = None if any(report.errors) else beside(report, terms)
             if ways is None:
-                return report
+                return report if any(report.errors) else replace(report, stable=True)
+            if len(ways) > 1 and 0.5 * abs(move) * SAME >= self.least:
+                return None
             for x in ways:
                 other = self._solve(at, move, ahead=x - self.state.u, passes=0)
                 self.taken += other.iterations
@@ -409,9 +431,11 @@ class Follow:
         """
         floor = 0.0 if under_loads else shortest
         step = max(share * abs(move), floor)
+        # passes would go on along one of two ways
+        forked = move * (self.fork - self.at) > 0.0 and step >= self.least
         if under_loads:
             self.by_passes = self.always
-        elif self.passes and not self.by_passes and step <= SHORT * self.most:
+        elif self.passes and not self.by_passes and step <= SHORT * self.most and not forked:
             self.by_passes, self.step = True, abs(move)
             return
         self.step = step
@@ -426,7 +450,7 @@ class Follow:
             return
         growth = min(GROWTH, max(0.7, 0.8 / max(excess, 1e-9)))
         self.step = min(max(growth * self.step, self.shortest), self.most)
-        self.by_passes = self.always or any(report.errors)
+        self.by_passes = self.always or excess > ENOUGH
 
     def save(self, file: str | Path) -> None:
         """Write what a run goes on from, FILE.RANK.npz."""
@@ -434,15 +458,16 @@ class Follow:
         rules = [getattr(self, name) for name in RULES]
         ledger = [*astuple(self.ledger), *astuple(self.start)]
         branch = [getattr(self.branch, name, 0.0) for name in OF_BRANCH]
-        write(file, states, step=self.step, rules=rules, ledger=ledger, branch=branch)
+        write(file, states, step=self.step, fork=self.fork, rules=rules, ledger=ledger, branch=branch)
 
     def resume(self, file: str | Path) -> None:
-        """Go on from the files of a run with the same mesh, laws and ranks."""
+        """Go on from the files of a run with the same mesh, laws and ranks; one that ended tries again."""
         sizes = {"rules": len(RULES), "ledger": 2 * len(fields(Ledger)), "branch": len(OF_BRANCH)}
-        shapes = {"step": (), **{name: (size,) for name, size in sizes.items()}}
+        shapes = {"step": (), "fork": (), **{name: (size,) for name, size in sizes.items()}}
         states, numbers = read(file, self.model, ("state", "before"), **shapes)
         self.ledger, self.start = (Ledger(*row.tolist()) for row in np.split(numbers["ledger"], 2))
         self.state, self.before, self.step = states["state"], states["before"], float(numbers["step"])
+        self.fork = float(numbers["fork"])
         for name, value in zip(RULES, numbers["rules"].tolist(), strict=True):
             setattr(self, name, bool(value) if name in ("by_passes", "jumped") else value)
         self.report, self._load, self.reason, self.kind, self.mechanism = None, None, "", "", None
