@@ -1,6 +1,6 @@
 """Steps along a path of conditions: cut where they fail, by passes where short ones fail and no loads change.
 
-Newton's method begins, and goes on after a step that it has ended.
+Newton's method begins, and goes on after a step by passes that it has ended or whose errors are small.
 
     while at is not the end
         move = step, or what is left
@@ -110,9 +110,8 @@ class Follow:
     same value.  state: of the last step, `before` that of the one before.  report: of the last attempt.
     count: steps.  cuts, repeated: attempts that failed, or left errors or energies too large.  taken:
     iterations of all attempts.  reason: why the path is stopped, or empty; kind: where loads change,
-    LIMIT_LOAD, LAW or NOT_FOUND.  fork: value before which two ways were seen.  mechanism (n d,): how the
-    model moves at a limit load, of the length 1.
-    ledger: energies since the start, `start` that of it.
+    LIMIT_LOAD, LAW or NOT_FOUND.  mechanism (n d,): how the model moves at a limit load, of the length 1.
+    ledger: energies since the start, `start` that of it.  fork: value up to which two ways were seen.
 
     Under loads short steps end at the first limit load, even where equilibria farther away carry more;
     `beyond` goes on from there.
@@ -279,6 +278,8 @@ class Follow:
         """Go on from the state of a report, with its energies."""
         self.before, self.state, self._load = self.state, report.taken(), report.load
         self.ledger, self.count = ledger, self.count + 1
+        if (self.fork - self.at) * (self.at - self.before.at) <= 0.0:
+            self.fork = self.at
 
     def _leave(self, move: float) -> None:
         """Let the parameter be an unknown, where a shortest step under loads fails; tell where it cannot."""
@@ -388,15 +389,17 @@ class Follow:
         return report, under_loads
 
     def _left(self, report: Report, at: float, move: float) -> Report | None:
-        """Report of a stable equilibrium beside that of a report, or the same where none is found.
+        """Report of a stable equilibrium, that of a report or beside it; the report where none is found.
 
         None where there are two and a shorter step may show which is the first one.
         """
+        if any(report.errors):
+            return report
         terms = replace(self.terms, dt=abs(move))
         for _ in range(LEFT):
-            ways = None if any(report.errors) else beside(report, terms)
+            ways = beside(report, terms)
             if ways is None:
-                return report if any(report.errors) else replace(report, stable=True)
+                return replace(report, stable=True)
             if len(ways) > 1 and 0.5 * abs(move) * SAME >= self.least:
                 return None
             for x in ways:

@@ -129,8 +129,9 @@ def factors_of(where: str, units: Mapping[str, str], target: tuple[str, str]) ->
 
 ALONG = r"(?=.*(shear|horiz|tangen|scher|schub|cisail|taglio|orizzontal|corte|cortant|cisalha|tranchant))"
 ACROSS = r"(?=.*(normal|vert\b|vertical|vertikal|confin))"
-PATH = r"(?=.*(disp|verschieb|hebung|weg\b|deplac|sposta|desplaza|desloca|slip))"
-NO_WAY = r"(?!.*(disp|verschieb|hebung|weg\b|deplac|sposta|desplaza|desloca|slip|dilat))"
+WAYS = r"disp|verschieb|hebung|weg\b|deplac|sposta|desplaza|desloca|slip"
+PATH = rf"(?=.*({WAYS}))"
+NO_WAY = rf"(?!.*({WAYS}|dilat))"
 """No displacement or dilation, such as that at the peak stress."""
 
 STRESS = r"(?=.*(stress|spannung|contrainte|tension|sforzo|esfuerzo|tensao|traction|pressure|pression))"
